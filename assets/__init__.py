@@ -1,0 +1,1 @@
+"""Meshes, textures and hydrodynamic databases, with the scripts that made them."""

@@ -1,0 +1,1 @@
+"""Control, guidance and allocation: arrays in, arrays out; no MuJoCo here."""

@@ -1,0 +1,1 @@
+"""Sea, current and wind as frozen, seeded realisations."""

@@ -1,0 +1,29 @@
+"""Errors that marine_mj raises: each names the thing, its value, what is allowed and the fix."""
+
+
+class MarineMjError(Exception):
+    """Base of every error that marine_mj raises on purpose."""
+
+
+class ModelError(MarineMjError):
+    """A vehicle, scene or its coefficients cannot be simulated as given."""
+
+
+class ScenarioError(MarineMjError):
+    """A scenario, campaign or controller setting is not valid."""
+
+
+class SeaError(MarineMjError):
+    """A sea, current or wind description is not valid."""
+
+
+class SimulationError(MarineMjError):
+    """A running simulation left the range where its numbers mean anything."""
+
+
+class LogError(MarineMjError):
+    """A log file cannot be read or does not hold what was asked for."""
+
+
+class RenderError(MarineMjError):
+    """Pictures cannot be made on this machine as it is."""

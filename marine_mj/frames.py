@@ -1,0 +1,140 @@
+"""Frames and rotations: the only place where signs flip between conventions.
+
+Simulation state is MuJoCo's: world NWU (x north, y west, z up), body FLU (x forward, y port,
+z up). Marine literature uses NED world and FRD body (forward, starboard, down). Both pairs differ
+by the same constant rotation by pi about x, `R_X = diag(1, -1, -1)`. Quaternions are wxyz.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+#: Signs of a 3-vector under NED <-> NWU and FRD <-> FLU (its own inverse).
+FLIP3 = np.array([1.0, -1.0, -1.0])
+#: Signs of a 6-vector [linear; angular] under the same change of axes.
+FLIP6 = np.concatenate([FLIP3, FLIP3])
+
+
+def flip(vector: ArrayLike) -> Array:
+    """Vector (..., 3) or (..., 6) in the other convention: NED <-> NWU, or FRD <-> FLU."""
+    vector = np.asarray(vector, dtype=float)
+    if vector.shape[-1] == 3:
+        return vector * FLIP3
+    if vector.shape[-1] == 6:
+        return vector * FLIP6
+    raise ValueError(f"last dimension is {vector.shape[-1]}, allowed are 3 and 6")
+
+
+def flip_matrix(matrix: ArrayLike) -> Array:
+    """Matrix (..., 6, 6) of a linear map in the other body convention: `T A T`, T = FLIP6."""
+    return FLIP6[:, None] * np.asarray(matrix, dtype=float) * FLIP6[None, :]
+
+
+def ssa(angle: ArrayLike) -> Array:
+    """Smallest signed angle [rad], in [-pi, pi)."""
+    return (np.asarray(angle, dtype=float) + np.pi) % (2 * np.pi) - np.pi
+
+
+def skew(vector: ArrayLike) -> Array:
+    """Cross-product matrix (3, 3): `skew(a) @ b = a x b`."""
+    x, y, z = np.asarray(vector, dtype=float)
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def rotation_from_quaternion(quaternion: ArrayLike) -> Array:
+    """Rotation matrix (..., 3, 3), body to world, of unit quaternions (..., 4) wxyz."""
+    w, x, y, z = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def quaternion_from_euler(euler: ArrayLike) -> Array:
+    """Quaternion (..., 4) wxyz of zyx Euler angles (..., 3) [phi, theta, psi] in rad.
+
+    `R = Rz(psi) Ry(theta) Rx(phi)` (Fossen 2021, eq. 2.31), in whatever frame pair the angles
+    are given.
+    """
+    half = 0.5 * np.asarray(euler, dtype=float)
+    (cr, cp, cy) = np.moveaxis(np.cos(half), -1, 0)
+    (sr, sp, sy) = np.moveaxis(np.sin(half), -1, 0)
+    return np.stack(
+        [
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        ],
+        axis=-1,
+    )
+
+
+def euler_from_quaternion(quaternion: ArrayLike) -> Array:
+    """zyx Euler angles (..., 3) [phi, theta, psi] in rad of quaternions (..., 4) wxyz."""
+    w, x, y, z = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
+    sin_theta = np.clip(2 * (w * y - x * z), -1.0, 1.0)
+    return np.stack(
+        [
+            np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
+            np.arcsin(sin_theta),
+            np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
+        ],
+        axis=-1,
+    )
+
+
+def flip_quaternion(quaternion: ArrayLike) -> Array:
+    """Attitude (..., 4) wxyz in the other convention: FLU->NWU <-> FRD->NED (`R_X R R_X`)."""
+    return np.asarray(quaternion, dtype=float) * np.array([1.0, 1.0, -1.0, -1.0])
+
+
+def eta_ned(position: ArrayLike, quaternion: ArrayLike) -> Array:
+    """Pose `eta` (..., 6) = [N, E, D, phi, theta, psi] (m, rad) of a body in NED/FRD.
+
+    Args:
+        position: (..., 3) world position, NWU, m.
+        quaternion: (..., 4) attitude FLU -> NWU, wxyz.
+    """
+    return np.concatenate(
+        [flip(position), euler_from_quaternion(flip_quaternion(quaternion))], axis=-1
+    )
+
+
+def pose_from_eta(eta: ArrayLike) -> tuple[Array, Array]:
+    """World position (..., 3) NWU and quaternion (..., 4) wxyz of `eta` (..., 6) in NED/FRD."""
+    eta = np.asarray(eta, dtype=float)
+    return flip(eta[..., :3]), flip_quaternion(quaternion_from_euler(eta[..., 3:]))
+
+
+def rotation_vector(quaternion: ArrayLike) -> Array:
+    """Rotation vector (..., 3) in rad, shortest way, of quaternions (..., 4) wxyz."""
+    quaternion = np.asarray(quaternion, dtype=float)
+    quaternion = np.where(quaternion[..., :1] < 0, -quaternion, quaternion)
+    norm = np.linalg.norm(quaternion[..., 1:], axis=-1, keepdims=True)
+    angle = 2 * np.arctan2(norm, quaternion[..., :1])
+    scale = np.where(norm > 1e-12, angle / np.maximum(norm, 1e-300), 2.0)
+    return scale * quaternion[..., 1:]
+
+
+def quaternion_multiply(a: ArrayLike, b: ArrayLike) -> Array:
+    """Hamilton product (..., 4) wxyz of `a` and `b`."""
+    aw, ax, ay, az = np.moveaxis(np.asarray(a, dtype=float), -1, 0)
+    bw, bx, by, bz = np.moveaxis(np.asarray(b, dtype=float), -1, 0)
+    return np.stack(
+        [
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ],
+        axis=-1,
+    )
+
+
+def quaternion_conjugate(quaternion: ArrayLike) -> Array:
+    """Conjugate (..., 4) wxyz: the inverse rotation of a unit quaternion."""
+    return np.asarray(quaternion, dtype=float) * np.array([1.0, -1.0, -1.0, -1.0])

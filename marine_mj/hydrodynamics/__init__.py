@@ -1,0 +1,1 @@
+"""Hydrodynamic coefficients, native kernels and the model loader."""

@@ -1,0 +1,1 @@
+"""Episodes: runner and log."""

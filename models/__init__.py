@@ -1,0 +1,1 @@
+"""Vehicles and docks: one folder each, found by their name."""
