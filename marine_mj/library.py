@@ -1,0 +1,48 @@
+"""Finding vehicles and docks by name."""
+
+import difflib
+from pathlib import Path
+
+import marine_mj.models
+from marine_mj.errors import ModelError
+
+
+def _folders() -> list[Path]:
+    """Folders that hold models: the user's ./models first, then the package's."""
+    return [Path("models"), Path(marine_mj.models.__file__).parent]
+
+
+def model_names() -> list[str]:
+    """Names of all models that can be found, sorted."""
+    names = {
+        path.stem
+        for folder in _folders()
+        if folder.is_dir()
+        for path in folder.glob("*/*.xml")
+        if path.stem == path.parent.name and not path.stem.startswith("_")
+    }
+    return sorted(names)
+
+
+def find_model(name: str) -> Path:
+    """MJCF file of a vehicle or dock.
+
+    Args:
+        name: `scout` (looked up in ./models and in the package), a folder, or an MJCF file.
+
+    Raises:
+        ModelError: there is none; the message lists those that exist.
+    """
+    path = Path(name)
+    candidates = [folder / name / f"{name}.xml" for folder in _folders()]
+    candidates += [path] if path.suffix == ".xml" else [path / f"{path.name}.xml"]
+    for candidate in candidates:
+        if candidate.is_file():
+            return candidate.resolve()
+    names = model_names()
+    near = difflib.get_close_matches(name, names, 1, 0.6)
+    hint = f"did you mean {near[0]!r}? " if near else ""
+    raise ModelError(
+        f"unknown vehicle {name!r}; {hint}there are {', '.join(names)}, any other needs the path "
+        "of its folder or MJCF file"
+    )
