@@ -71,6 +71,10 @@ find_python() {
         "Install one (Debian 12: apt-get install python3) or give it: make PYTHON=/path/to/python3.11 ..."
 }
 
+has_venv() {
+    "$1" -c 'import venv, ensurepip; ensurepip.version()' 2>/dev/null
+}
+
 make_venv() {
     if [ -x "$VENV/bin/python" ] && supported "$VENV/bin/python" &&
         "$VENV/bin/python" -m pip --version >/dev/null 2>&1; then
@@ -78,10 +82,10 @@ make_venv() {
     fi
     python=$(find_python)
     # Debian ships Python without ensurepip; a venv made then has no pip.
-    if ! "$python" -c 'import ensurepip, venv' 2>/dev/null; then
+    if ! has_venv "$python"; then
         package=$("$python" -c 'import sys; print("python3.%d-venv" % sys.version_info[1])')
         apt_install "$package" || true
-        "$python" -c 'import ensurepip, venv' 2>/dev/null || die \
+        has_venv "$python" || die \
             "$python has no venv module. As root: apt-get install python3-venv (or $package)," \
             "then run make again."
     fi
@@ -106,10 +110,17 @@ probe_gl() {
         return 1
     fi
     MUJOCO_GL=${MUJOCO_GL:-egl} "$VENV/bin/python" - 2>&1 <<'PY'
+import ctypes
 import ctypes.util
 import os
 import sys
 
+try:
+    if os.environ["MUJOCO_GL"] == "egl":
+        ctypes.CDLL(ctypes.util.find_library("EGL") or "libEGL.so.1")
+except OSError:
+    print("the library libEGL.so.1 is missing")
+    sys.exit(1)
 try:
     import mujoco
 
@@ -123,11 +134,7 @@ try:
         if not renderer.render().any():
             raise RuntimeError("the frame is black")
 except Exception as error:
-    if os.environ["MUJOCO_GL"] == "egl" and ctypes.util.find_library("EGL") is None:
-        print("the library libEGL is missing")
-    else:
-        print(f"{type(error).__name__}: {error}".splitlines()[0])
-    sys.stdout.flush()
+    print(f"{type(error).__name__}: {error}".splitlines()[0], flush=True)
     os._exit(1)
 PY
 }
@@ -151,7 +158,9 @@ setup_gl() {
     fi
     reason=$(printf '%s\n' "$reason" | tail -n 1)
     say "no OpenGL here, so there will be no video ($reason)."
-    say "To get it, type:  sudo apt-get update && sudo apt-get install -y $GL_PACKAGES"
+    sudo="sudo "
+    if [ "$(id -u)" -eq 0 ]; then sudo=; fi
+    say "To get it, type:  ${sudo}apt-get update && ${sudo}apt-get install -y $GL_PACKAGES"
     say "The run goes on without video: plot and summary are made."
 }
 
