@@ -3,7 +3,6 @@
 PYTHON ?=
 WORKERS ?= 2
 PYTEST_ARGS ?=
-RESULTS ?= results
 
 BIN := .venv/bin
 RUN := .venv/.stamp-run
@@ -30,8 +29,8 @@ validate: $(DEV) ## Run the validation -> results/validation.json, docs/validati
 	$(BIN)/marine-mj validate
 
 bench: $(RUN) ## Measure speed against its bars -> results/bench.json
-	@mkdir -p $(RESULTS)
-	$(BIN)/marine-mj bench --json $(RESULTS)/bench.json
+	@mkdir -p results
+	$(BIN)/marine-mj bench --json results/bench.json
 
 lint: $(DEV) ## Check style and types
 	$(BIN)/ruff check .
@@ -53,4 +52,4 @@ clean: ## Remove what builds and tools leave behind (.venv and results stay)
 	find . -path ./.venv -prune -o -type d -name __pycache__ -exec rm -rf {} +
 
 distclean: clean ## Remove .venv and results as well
-	rm -rf .venv $(RESULTS)
+	rm -rf .venv results
