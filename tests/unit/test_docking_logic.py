@@ -10,8 +10,8 @@ LEVEL = np.array([1.0, 0, 0, 0])
 PERIOD = 0.01
 
 
-def at(*position, velocity=np.zeros(6)):
-    return RigidState(np.array(position, dtype=float), LEVEL, velocity)
+def at(*position, velocity=(0.0,) * 6):
+    return RigidState(np.array(position, dtype=float), LEVEL, np.array(velocity))
 
 
 CARRIER = at(10, 0, 0)
