@@ -1,75 +1,56 @@
-"""Finding vehicle and dock folders: packaged ones, those in ./models, or any path."""
+"""Finding vehicles and docks by name."""
 
 import difflib
-from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from xml.etree import ElementTree
 
+import marine_mj.models
 from marine_mj.errors import ModelError
 
 
-@dataclass(frozen=True)
-class ModelFolder:
-    """A folder with one vehicle or dock.
-
-    Attributes:
-        name: of the folder and of its XML file.
-        xml: path of the XML file.
-        is_dock: it has no free joint: it is attached to a vehicle.
-    """
-
-    name: str
-    xml: Path
-    is_dock: bool
+def _folders() -> list[Path]:
+    """Folders that hold models: the user's ./models first, then the package's."""
+    return [Path("models"), Path(marine_mj.models.__file__).parent]
 
 
-def model_roots() -> list[Path]:
-    """Folders that are searched for models: ./models first, then the packaged ones."""
-    packaged = Path(str(resources.files("marine_mj.models")))
-    local = Path.cwd() / "models"
-    return [local, packaged] if local.is_dir() and local != packaged else [packaged]
+def model_names() -> list[str]:
+    """Names of all models that can be found, sorted."""
+    names = {
+        path.stem
+        for folder in _folders()
+        if folder.is_dir()
+        for path in folder.glob("*/*.xml")
+        if path.stem == path.parent.name and not path.stem.startswith("_")
+    }
+    return sorted(names)
 
 
-def models() -> dict[str, ModelFolder]:
-    """Every model folder by name; a folder in ./models hides a packaged one of the same name."""
-    found: dict[str, ModelFolder] = {}
-    for root in reversed(model_roots()):
-        for folder in sorted(p for p in root.iterdir() if p.is_dir()):
-            xml = folder / f"{folder.name}.xml"
-            if xml.is_file() and not folder.name.startswith("_"):
-                found[folder.name] = ModelFolder(folder.name, xml, _is_dock(xml))
-    return found
-
-
-def find_model(name: str | Path) -> Path:
-    """Path of the XML file of a model.
+def find_model(name: str) -> Path:
+    """MJCF file of a vehicle or dock.
 
     Args:
-        name: name of a model folder, or path of a folder or XML file.
+        name: `scout` (looked up in ./models and in the package), a folder, or an MJCF file.
 
     Raises:
-        ModelError: there is none; the message lists what exists.
+        ModelError: there is none; the message lists those that exist.
     """
     path = Path(name)
-    if path.is_file() and path.suffix == ".xml":
-        return path.resolve()
-    if path.is_dir() and (path / f"{path.resolve().name}.xml").is_file():
-        return (path / f"{path.resolve().name}.xml").resolve()
-    available = models()
-    if str(name) in available:
-        return available[str(name)].xml
-    near = difflib.get_close_matches(str(name), available, 1)
-    hint = f" Did you mean {near[0]!r}?" if near else ""
+    candidates = [folder / name / f"{name}.xml" for folder in _folders()]
+    candidates += [path] if path.suffix == ".xml" else [path / f"{path.name}.xml"]
+    for candidate in candidates:
+        if candidate.is_file():
+            return candidate.resolve()
+    names = model_names()
+    near = difflib.get_close_matches(name, names, 1, 0.6)
+    hint = f"did you mean {near[0]!r}? " if near else ""
     raise ModelError(
-        f"model {str(name)!r} does not exist.{hint} Available: {', '.join(available) or 'none'}; "
-        f"or give the path of a folder NAME that holds NAME.xml "
-        f"(searched in {', '.join(str(r) for r in model_roots())})"
+        f"unknown vehicle {name!r}; {hint}there are {', '.join(names)}, any other needs the path "
+        "of its folder or MJCF file"
     )
 
 
-def _is_dock(xml: Path) -> bool:
-    """Whether an XML file has no free joint."""
+def is_dock(xml: Path) -> bool:
+    """Whether an MJCF file has no free joint: docks are attached to a vehicle."""
     try:
         tree = ElementTree.parse(xml)
     except ElementTree.ParseError:

@@ -131,7 +131,8 @@ class Vehicle(Settings):
         heading_deg: start heading, clockwise from north.
         velocity_frd: start velocity `nu`, m/s and rad/s, body axes FRD.
         motion: "free": by all its forces; "rao": moved by its motion RAOs; "dynamic": by wave
-            excitation, restoring and damping from its force RAOs.
+            excitation, restoring and damping from its force RAOs; left out: "dynamic" if the
+            model has RAOs, else "free".
         dock: name of the dock folder that the vehicle carries at its site `dock_mount`.
         actuation: "thrusters" of the model, or an ideal "wrench" at the body origin.
         wrench_low_frd, wrench_high_frd: limits of the ideal wrench, N and N m, FRD.
@@ -146,7 +147,7 @@ class Vehicle(Settings):
     position_ned: Vector3 = (0.0, 0.0, 0.0)
     heading_deg: float = 0.0
     velocity_frd: Vector6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    motion: Literal["free", "rao", "dynamic"] = "free"
+    motion: Literal["free", "rao", "dynamic"] | None = None
     dock: str | None = None
     actuation: Literal["thrusters", "wrench"] = "thrusters"
     wrench_low_frd: Vector6 = _WRENCH_LOW

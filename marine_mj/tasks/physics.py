@@ -9,11 +9,12 @@ from dm_control import mujoco as dm_mujoco
 from dm_control.mujoco import wrapper
 from dm_control.rl import control
 
-from marine_mj import frames, hydrodynamics
+from marine_mj import frames
 from marine_mj.controllers import Allocator, Hydrostatics, Limits, RigidState
 from marine_mj.controllers.kinematics import rotate, unrotate
 from marine_mj.errors import ModelError, SimulationError
 from marine_mj.frames import Array
+from marine_mj.hydrodynamics.wrenches import check_state
 
 
 @dataclass(frozen=True)
@@ -195,7 +196,7 @@ class MarinePhysics(dm_mujoco.Physics):
 
     def check_state(self) -> None:
         """Raise SimulationError if the state is not finite or MuJoCo reported divergence."""
-        hydrodynamics.check_state(self.model.ptr, self.data.ptr)
+        check_state(self.model.ptr, self.data.ptr)
 
     def contact_force(self) -> float:
         """Sum of normal forces between bodies of different vehicles at the last step, N."""

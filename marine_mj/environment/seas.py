@@ -1,0 +1,220 @@
+"""Seas as realised wave fields: calm water, one regular wave, irregular seas from spectra."""
+
+from typing import Literal, get_args
+
+import numpy as np
+
+from marine_mj.environment import spectra
+from marine_mj.environment._checks import Seed, generator, number, one_of
+from marine_mj.environment.dispersion import wavenumber
+from marine_mj.environment.spectra import Spectrum
+from marine_mj.environment.waves import Stretching, WaveField
+from marine_mj.errors import SeaError
+from marine_mj.frames import Array
+
+Sampling = Literal["random_in_bin", "midpoint"]
+
+#: Largest number of wave components of an irregular sea.
+MAX_COMPONENTS = 500
+#: Frequency range of the docking study, rad/s: periods from 30 s to 1 s.
+DOCKING_RANGE = (2 * np.pi / 30, 2 * np.pi / 1)
+
+
+def calm(depth: float = np.inf, gravity: float = 9.81) -> WaveField:
+    """Still water: a wave field without components.
+
+    Raises:
+        SeaError: depth or gravity (m, m/s2) is not > 0.
+    """
+    none = np.empty(0)
+    return WaveField(none, none, none, none, none, depth, gravity)
+
+
+def regular_wave(
+    height: float,
+    period: float,
+    direction: float = 0.0,
+    *,
+    phase: float = 0.0,
+    depth: float = np.inf,
+    gravity: float = 9.81,
+    stretching: Stretching = "constant",
+) -> WaveField:
+    """One linear wave of crest-to-trough `height`.
+
+    Args:
+        height: H = 2 a, m, >= 0, below breaking: `H < 0.142 L tanh(k h)` (Miche 1944).
+        period: T, s.
+        direction: direction of travel, rad, NWU (counter-clockwise from north).
+        phase: rad; 0 puts a crest on the origin at t = 0.
+        depth: water depth, m; inf for deep water.
+        gravity: g, m/s2.
+        stretching: see `WaveField`.
+
+    Raises:
+        SeaError: an argument is out of range, or a wave this steep breaks.
+    """
+    height = number("height", height, "m", "give the crest-to-trough height", low=0)
+    period = number("period", period, "s", "give the wave period", above=0)
+    omega = 2 * np.pi / period
+    k = float(wavenumber(omega, depth, gravity))
+    _check_steepness("height", height, "period", period, k, depth)
+    return WaveField(
+        np.array([omega]),
+        np.array([k]),
+        np.array([direction]),
+        np.array([0.5 * height]),
+        np.array([phase]),
+        depth,
+        gravity,
+        stretching,
+    )
+
+
+def irregular_sea(
+    H_s: float | None = None,
+    T_p: float | None = None,
+    *,
+    direction: float = 0.0,
+    spectrum: str | Spectrum = "jonswap",
+    gamma: float = 3.3,
+    components: int | None = None,
+    seed: Seed = 0,
+    sampling: Sampling = "random_in_bin",
+    frequency_range: tuple[float, float] | None = None,
+    spreading: float | None = None,
+    depth: float = np.inf,
+    gravity: float = 9.81,
+    stretching: Stretching = "constant",
+) -> WaveField:
+    """Random-phase realisation of a wave spectrum with deterministic amplitudes.
+
+    The range is cut into equal bins, one component each. "random_in_bin" draws the frequency
+    inside the bin and gives it the variance of the whole bin, `a^2 / 2 = integral of S`: the sea
+    does not repeat. "midpoint" is the grid of the docking study, `a = sqrt(2 S(omega_m) d_omega)`
+    at the bin centres; it repeats after `2 pi / d_omega` (51.7 s on its default grid).
+
+    Frequencies, phases and directions are drawn in this order, so a short-crested sea has the
+    frequencies and phases of the long-crested one with the same seed.
+
+    Args:
+        H_s: significant wave height, m, >= 0; 0 gives calm water.
+        T_p: peak period, s; may be left out for "pierson_moskowitz" (fully developed sea).
+        direction: mean direction of travel, rad, NWU (counter-clockwise from north).
+        spectrum: one of `SPECTRA`, or a `Spectrum` (then leave `H_s` and `T_p` out).
+        gamma: peak enhancement, used by "jonswap".
+        components: number of components, 1 to 500; default 100 (50 for "midpoint").
+        seed: integer >= 0, SeedSequence, or a Generator to draw from.
+        sampling: "random_in_bin" or "midpoint".
+        frequency_range: lowest and highest frequency, rad/s; the energy outside is lost. Default:
+            0.5 to 5 times the peak frequency (or the whole table), scaled by 0.1 % to keep all
+            of m0; for "midpoint" 2 pi / 30 s to 2 pi / 1 s, not scaled.
+        spreading: exponent s of cos^{2s}, drawn once per component; None for long crests.
+        depth: water depth, m; inf for deep water.
+        gravity: g, m/s2.
+        stretching: see `WaveField`.
+
+    Raises:
+        SeaError: an argument is out of range, or the sea is steeper than breaking.
+    """
+    one_of("sampling", sampling, get_args(Sampling))
+    direction = number("direction", direction, "rad", "give the direction of travel, NWU")
+    if spreading is not None:
+        number("spreading", spreading, "", "5 to 15 for wind sea, None for long crests", above=0)
+    rng = generator(seed)
+    source = _spectrum(spectrum, H_s, T_p, gamma, gravity)
+    count = _components(components, 100 if sampling == "random_in_bin" else 50)
+    low, high = _range(source, sampling, frequency_range)
+    if source.H_s == 0:
+        return calm(depth, gravity)
+    peak_k = float(wavenumber(2 * np.pi / source.T_p, depth, gravity))
+    _check_steepness("H_s", source.H_s, "T_p", source.T_p, peak_k, depth)
+
+    edges = np.linspace(low, high, count + 1)
+    width = (high - low) / count
+    jitter = rng.uniform(size=count)
+    if sampling == "midpoint":
+        omega = 0.5 * (edges[1:] + edges[:-1])
+        variance = source(omega) * width
+    else:
+        omega = edges[:-1] + width * np.maximum(jitter, 1e-9)  # keeps omega > 0 if low is 0
+        variance = source.bin_moments(edges)
+        if frequency_range is None:
+            variance = variance * source.moment(0) / variance.sum()
+    phase = rng.uniform(0.0, 2 * np.pi, size=count)
+    angle: Array = np.full(count, direction)
+    if spreading is not None:
+        angle = angle + spectra.spreading_quantile(rng.uniform(size=count), spreading)
+    k = wavenumber(omega, depth, gravity)
+    return WaveField(omega, k, angle, np.sqrt(2 * variance), phase, depth, gravity, stretching)
+
+
+def _spectrum(
+    spectrum: str | Spectrum, H_s: float | None, T_p: float | None, gamma: float, gravity: float
+) -> Spectrum:
+    """The spectrum object that the arguments of `irregular_sea` mean."""
+    if isinstance(spectrum, Spectrum):
+        if H_s is not None or T_p is not None:
+            raise SeaError(
+                f"H_s is {H_s} and T_p is {T_p} beside a {spectrum.name} spectrum, allowed is None: "
+                "set them where the spectrum is made"
+            )
+        return spectrum
+    name = one_of("spectrum", spectrum, spectra.SPECTRA)
+    if H_s is None:
+        raise SeaError("H_s is None, allowed is >= 0 m: give the significant wave height")
+    if name == "pierson_moskowitz" and (T_p is not None or H_s != 0):
+        return spectra.pierson_moskowitz(H_s, T_p, gravity)
+    if T_p is None:
+        if H_s != 0:
+            raise SeaError(f"T_p is None, allowed is > 0 s: give the peak period of {name}")
+        T_p = 1.0  # calm water has no period
+    if name == "jonswap":
+        return spectra.jonswap(H_s, T_p, gamma)
+    if name == "docking_jonswap":
+        return spectra.docking_jonswap(H_s, T_p)
+    return spectra.bretschneider(H_s, T_p)
+
+
+def _components(components: int | None, default: int) -> int:
+    """Number of components, checked."""
+    if components is None:
+        return default
+    whole = isinstance(components, int | np.integer) and not isinstance(components, bool)
+    if not whole or not 1 <= components <= MAX_COMPONENTS:
+        raise SeaError(
+            f"components is {components!r}, allowed are whole numbers from 1 to {MAX_COMPONENTS}: "
+            "100 is enough for one hour"
+        )
+    return int(components)
+
+
+def _range(
+    source: Spectrum, sampling: str, frequency_range: tuple[float, float] | None
+) -> tuple[float, float]:
+    """Lowest and highest frequency of the components, rad/s."""
+    if frequency_range is not None:
+        low, high = (float(f) for f in frequency_range)
+        if not (0 <= low < high < np.inf):
+            raise SeaError(
+                f"frequency_range is ({low:g}, {high:g}) rad/s, allowed is 0 <= low < high, finite: "
+                "give the lowest frequency first"
+            )
+        return low, high
+    if sampling == "midpoint":
+        return DOCKING_RANGE
+    if not source.tail:
+        return float(source.panels[0]), float(source.panels[-1])
+    return np.pi / source.T_p, 10 * np.pi / source.T_p
+
+
+def _check_steepness(
+    name: str, height: float, period_name: str, period: float, k: float, depth: float
+) -> None:
+    """SeaError if a wave of this height and wavenumber would break (Miche 1944)."""
+    limit = 0.142 * 2 * np.pi / k * float(np.tanh(k * depth))
+    if height >= limit:
+        raise SeaError(
+            f"{name} is {height:g} m at {period_name} {period:g} s, allowed is < {limit:.3g} m "
+            f"(wave length {2 * np.pi / k:.3g} m, it would break): lower it or take a longer period"
+        )

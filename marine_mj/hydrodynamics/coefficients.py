@@ -1,0 +1,314 @@
+"""Reading and checking the hydrodynamic coefficients that stand in a vehicle's MJCF."""
+
+import difflib
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+
+from marine_mj.errors import ModelError
+from marine_mj.frames import Array, flip, flip_matrix
+from marine_mj.hydrodynamics import table as t_
+
+#: Quantities whose axes are named by a suffix, with the sizes that are allowed.
+FRAMED = {
+    "added_mass": (6, 21, 36),
+    "linear_damping": (6, 36),
+    "quadratic_damping": (6, 36),
+    "quadratic_damping_lumped": (6, 36),
+    "restoring": (6, 36),
+    "strip_drag": (2,),
+}
+#: Scalars and lists without axes.
+PLAIN = {
+    "displaced_volume": (1,),
+    "buoyancy": (1,),
+    "submergence_height": (1,),
+    "strips": (3,),
+    "strip_area": tuple(range(1, t_.MAX_STRIPS + 1)),
+    "equilibrium_height": (1,),
+    "wind": (7,),
+    "reference_speed": (2,),
+}
+QUANTITIES = sorted(
+    [f"{name}_{frame}" for name in FRAMED for frame in ("frd", "flu")] + list(PLAIN) + ["tank"]
+)
+ZERO = np.zeros((6, 6))
+ZERO.flags.writeable = False
+
+
+@dataclass(frozen=True)
+class Strips:
+    """Equal slices of a slender body along its x axis.
+
+    Attributes:
+        first: x of the centre of the aftmost strip, m, body frame.
+        length: length of a strip, m.
+        weight: (n,) share of the displaced volume, sums to 1.
+        drag: (2,) transverse quadratic drag per metre, sway and heave, N s2/m3.
+        radius: radius of a circle of the mean cross-section, m (0 without displaced volume).
+    """
+
+    first: float
+    length: float
+    weight: Array
+    drag: Array
+    radius: float
+
+    @property
+    def x(self) -> Array:
+        """(n,) centres of the strips, m."""
+        return self.first + self.length * np.arange(len(self.weight))
+
+
+@dataclass(frozen=True)
+class Tank:
+    """Liquid whose amount is the activation of an actuator: a point mass at a fixed place."""
+
+    actuator: str
+    density: float  # kg per unit of the activation
+    position: Array  # (3,) m, FLU, from the body origin
+
+
+@dataclass(frozen=True)
+class BodyCoefficients:
+    """Coefficients of one hydrodynamic body about its frame origin, in body axes FLU, SI units."""
+
+    name: str
+    added_mass: Array
+    linear_damping: Array = field(default_factory=lambda: ZERO)
+    quadratic_damping: Array = field(default_factory=lambda: ZERO)
+    quadratic_damping_lumped: Array | None = None
+    displaced_volume: float = 0.0
+    buoyancy: float = 0.0
+    center_of_buoyancy: Array = field(default_factory=lambda: np.zeros(3))
+    submergence_height: float = 0.0
+    strips: Strips | None = None
+    restoring: Array | None = None
+    equilibrium_height: float = 0.0
+    wave_database: str | None = None
+    wind: Array | None = None
+    tanks: tuple[Tank, ...] = ()
+    reference_speed: Array = field(default_factory=lambda: np.array([2.0, 1.0]))
+
+
+def _matrix(name: str, values: Array, frame: str) -> Array:
+    """6x6 matrix in FLU of 6, 21 or 36 numbers in the named frame."""
+    if values.size == 6:
+        matrix = np.diag(values)
+    elif values.size == 21:
+        matrix = np.zeros((6, 6))
+        matrix[np.triu_indices(6)] = values
+        matrix = matrix + np.triu(matrix, 1).T
+    else:
+        matrix = values.reshape(6, 6)
+    return flip_matrix(matrix) if frame == "frd" else matrix
+
+
+def check_added_mass(name: str, matrix: Array) -> None:
+    """Raise unless the matrix (6, 6) is symmetric and positive semi-definite.
+
+    Raises:
+        ModelError: it is not; the message names the vehicle's body and the offending number.
+    """
+    scale = max(float(np.abs(matrix).max()), 1e-300)
+    skewness = np.abs(matrix - matrix.T)
+    if skewness.max() > 1e-9 * scale:
+        i, j = np.unravel_index(skewness.argmax(), skewness.shape)
+        raise ModelError(
+            f"added mass of {name!r} is not symmetric: M_A[{i + 1},{j + 1}] = {matrix[i, j]:g} but "
+            f"M_A[{j + 1},{i + 1}] = {matrix[j, i]:g} (FLU); an ideal fluid allows symmetric "
+            "matrices only: use the mean of both, or give the upper triangle (21 numbers)"
+        )
+    smallest = float(np.linalg.eigvalsh(matrix)[0])
+    if smallest < -1e-9 * scale:
+        raise ModelError(
+            f"added mass of {name!r} is not positive semi-definite: its smallest eigenvalue is "
+            f"{smallest:g}; allowed is >= 0: check the signs (M_A = -X_udot ...) and the coupling "
+            "terms"
+        )
+
+
+def _check_passive(name: str, quantity: str, matrix: Array) -> None:
+    """Raise if a damping matrix feeds energy: its symmetric part has a negative eigenvalue."""
+    smallest = float(np.linalg.eigvalsh(0.5 * (matrix + matrix.T))[0])
+    if smallest < -1e-9 * max(float(np.abs(matrix).max()), 1e-300):
+        raise ModelError(
+            f"{quantity} of {name!r} feeds energy into the body: the smallest eigenvalue of its "
+            f"symmetric part is {smallest:g}, allowed is >= 0 (force = -D nu_r): check the signs"
+        )
+
+
+def _strips(name: str, values: dict[str, Array], frames: dict[str, str], volume: float) -> Strips:
+    """Strips from their numerics."""
+    number, aft, fore = values["strips"]
+    count = round(float(number))
+    if not 2 <= count <= t_.MAX_STRIPS or count != number or fore <= aft:
+        raise ModelError(
+            f"strips of {name!r} is [{number:g} {aft:g} {fore:g}]; allowed are a whole number of "
+            f"strips from 2 to {t_.MAX_STRIPS}, then x of the aft and of the fore end with "
+            "aft < fore"
+        )
+    length = (fore - aft) / count
+    area = values.get("strip_area", np.ones(count))
+    if area.size != count or (area < 0).any() or area.sum() <= 0:
+        raise ModelError(
+            f"strip_area of {name!r} has {area.size} values {area}; allowed are {count} areas "
+            ">= 0 m2, one for each strip"
+        )
+    drag = values.get("strip_drag", np.zeros(2))
+    if (drag < 0).any():
+        raise ModelError(f"strip_drag of {name!r} is {drag}; allowed is >= 0 N s2/m3")
+    radius = float(np.sqrt(volume / (fore - aft) / np.pi))
+    return Strips(aft + 0.5 * length, length, area / area.sum(), drag, radius)
+
+
+def _collect(spec: mujoco.MjSpec) -> dict[str, dict[str, Array]]:
+    """Numerics `BODY.QUANTITY` by body and quantity; unknown names are refused."""
+    bodies = {body.name for body in spec.bodies}
+    found: dict[str, dict[str, Array]] = {}
+    for numeric in spec.numerics:
+        owner, dot, quantity = numeric.name.partition(".")
+        if not dot:
+            continue
+        known = quantity in QUANTITIES or quantity.startswith("tank.")
+        if owner not in bodies:
+            if known:
+                raise ModelError(
+                    f"numeric {numeric.name!r} belongs to the body {owner!r}, which does not "
+                    f"exist; bodies are {sorted(bodies - {'world'})}"
+                )
+            continue
+        if not known:
+            near = difflib.get_close_matches(quantity, QUANTITIES, 1, 0.5)
+            hint = f"did you mean {near[0]!r}? " if near else ""
+            raise ModelError(
+                f"numeric {numeric.name!r}: unknown quantity {quantity!r}; {hint}known are "
+                f"{', '.join(QUANTITIES)}"
+            )
+        data = np.array(numeric.data, dtype=float)
+        if not np.isfinite(data).all():
+            raise ModelError(f"numeric {numeric.name!r} holds {data}; allowed are finite numbers")
+        found.setdefault(owner, {})[quantity] = data
+    return found
+
+
+def _split(name: str, raw: dict[str, Array]) -> tuple[dict[str, Array], dict[str, str]]:
+    """Values by quantity without the frame suffix, and the frames."""
+    values: dict[str, Array] = {}
+    frames: dict[str, str] = {}
+    for quantity, data in raw.items():
+        if quantity.startswith("tank."):
+            continue
+        stem, _, frame = quantity.rpartition("_")
+        framed = stem in FRAMED and frame in ("frd", "flu")
+        key = stem if framed else quantity
+        sizes = FRAMED[stem] if framed else PLAIN[quantity]
+        if key in values:
+            raise ModelError(f"{key} of {name!r} is given in both frames, allowed is one of them")
+        if data.size not in sizes:
+            allowed = " or ".join(map(str, sizes[:4])) + (" ..." if len(sizes) > 4 else "")
+            raise ModelError(
+                f"numeric '{name}.{quantity}' has {data.size} values; allowed are {allowed}"
+            )
+        values[key] = data
+        frames[key] = frame if framed else ""
+    return values, frames
+
+
+def _tanks(name: str, raw: dict[str, Array], spec: mujoco.MjSpec) -> tuple[Tank, ...]:
+    """Tanks from numerics `BODY.tank.ACTUATOR` = x y z (FRD, m), kg per unit."""
+    tanks = []
+    prefix = name[: name.rfind("/") + 1]
+    actuators = [actuator.name for actuator in spec.actuators]
+    for quantity, data in raw.items():
+        if not quantity.startswith("tank."):
+            continue
+        actuator = prefix + quantity.removeprefix("tank.")
+        if actuator not in actuators:
+            raise ModelError(
+                f"numeric '{name}.{quantity}' names the actuator {actuator!r}, which does not "
+                f"exist; actuators are {actuators}"
+            )
+        if data.size != 4 or data[3] <= 0:
+            raise ModelError(
+                f"numeric '{name}.{quantity}' is {data}; allowed are 4 numbers: x y z in FRD (m) "
+                "and the mass per unit of the activation (kg, > 0)"
+            )
+        tanks.append(Tank(actuator, float(data[3]), flip(data[:3])))
+    return tuple(tanks)
+
+
+def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoefficients:
+    """Checked coefficients of one body."""
+    values, frames = _split(name, raw)
+    matrices: dict[str, Array] = {}
+    for quantity in ("added_mass", "linear_damping", "quadratic_damping", "restoring"):
+        if quantity in values:
+            matrices[quantity] = _matrix(name, values[quantity], frames[quantity])
+    if "quadratic_damping_lumped" in values:
+        lumped = values["quadratic_damping_lumped"]
+        matrices["quadratic_damping_lumped"] = _matrix(
+            name, lumped, frames["quadratic_damping_lumped"]
+        )
+    check_added_mass(name, matrices.setdefault("added_mass", np.zeros((6, 6))))
+    if "linear_damping" in matrices:
+        _check_passive(name, "linear_damping", matrices["linear_damping"])
+    for quantity in ("displaced_volume", "buoyancy", "submergence_height"):
+        if quantity in values and values[quantity][0] <= 0:
+            raise ModelError(f"{quantity} of {name!r} is {values[quantity][0]:g}, allowed is > 0")
+    volume, buoyancy = (float(values.get(q, [0.0])[0]) for q in ("displaced_volume", "buoyancy"))
+    given = [q for q in ("displaced_volume", "buoyancy", "restoring") if q in values]
+    if len(given) > 1:
+        raise ModelError(
+            f"{name!r} has {' and '.join(given)}; allowed is one of displaced_volume, buoyancy "
+            "(submerged body) and restoring (floating body)"
+        )
+    center = np.zeros(3)
+    if volume or buoyancy:
+        site = spec.site(f"{name}.center_of_buoyancy")
+        if site is None:
+            raise ModelError(
+                f"{name!r} has buoyancy but no site '{name}.center_of_buoyancy': add one to the "
+                "body at its centre of buoyancy"
+            )
+        if site.parent.name != name:
+            raise ModelError(
+                f"site '{site.name}' lies in the body {site.parent.name!r}, allowed is {name!r}"
+            )
+        center = np.array(site.pos, dtype=float)
+    if "wind" in values and (values["wind"][:3] < 0).any():
+        raise ModelError(f"wind of {name!r} is {values['wind']}; areas and length must be >= 0")
+    database = next((t.data for t in spec.texts if t.name == f"{name}.wave_database"), None)
+    strips = None
+    if "strips" in values:
+        strips = _strips(name, values, frames, volume or buoyancy / (1025 * 9.81))
+    elif {"strip_drag", "strip_area"} & set(values):
+        raise ModelError(f"{name!r} has strip_drag or strip_area but no strips: add '{name}.strips'")
+    return BodyCoefficients(
+        name=name,
+        **matrices,
+        displaced_volume=volume,
+        buoyancy=buoyancy,
+        center_of_buoyancy=center,
+        submergence_height=float(values.get("submergence_height", [0.0])[0]),
+        strips=strips,
+        equilibrium_height=float(values.get("equilibrium_height", [0.0])[0]),
+        wave_database=database,
+        wind=values.get("wind"),
+        tanks=_tanks(name, raw, spec),
+        reference_speed=values.get("reference_speed", np.array([2.0, 1.0])),
+    )
+
+
+def read_coefficients(spec: mujoco.MjSpec) -> list[BodyCoefficients]:
+    """Coefficients of every hydrodynamic body of a spec, in the order of its bodies.
+
+    A body is hydrodynamic when the spec has a `<numeric name="BODY.QUANTITY">` for it
+    (docs/architecture.md lists the quantities). Nothing is returned for a plain model.
+
+    Raises:
+        ModelError: a quantity is unknown, has the wrong number of values, or cannot be physical.
+    """
+    found = _collect(spec)
+    return [_one_body(spec, b.name, found[b.name]) for b in spec.bodies if b.name in found]

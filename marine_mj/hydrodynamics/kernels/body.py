@@ -1,0 +1,378 @@
+"""Loads on one hydrodynamic body, and their way into MuJoCo's equations of motion."""
+
+import math
+
+from numba import njit
+
+from marine_mj.hydrodynamics import table as t_
+from marine_mj.hydrodynamics.kernels import elements
+from marine_mj.hydrodynamics.kernels.memory import advance, field, floats, ints, scratch
+from marine_mj.hydrodynamics.kernels.water import (
+    FAST,
+    POINT,
+    elevation,
+    water_row,
+    wet_fraction_cylinder,
+    wet_fraction_sphere,
+)
+
+_XPOS = field("d", "xpos")
+_XMAT = field("d", "xmat")
+_SUBTREE_COM = field("d", "subtree_com")
+_CVEL = field("d", "cvel")
+_CDOF = field("d", "cdof")
+_CDOF_DOT = field("d", "cdof_dot")
+_QVEL = field("d", "qvel")
+_M = field("d", "M")
+_QFRC = field("d", "qfrc_passive")
+_DOF_PARENT = field("m", "dof_parentid")
+_DOF_BODY = field("m", "dof_bodyid")
+_DOF_JOINT = field("m", "dof_jntid")
+_JOINT_TYPE = field("m", "jnt_type")
+_JOINT_DOF = field("m", "jnt_dofadr")
+_ROW_ADDRESS = field("m", "M_rowadr")
+_ROW_LENGTH = field("m", "M_rownnz")
+_FREE, _BALL = 0, 1  # mjJNT_FREE, mjJNT_BALL
+
+_CAUSES = 6 * len(t_.CAUSES)
+_INERTIAS = 36 * t_.INERTIAS
+_STRIPS = t_.MAX_STRIPS
+_STRIP_VALUES = POINT * t_.MAX_STRIPS
+_CHAIN_VALUES = 6 * t_.MAX_CHAIN
+_NUMBER_OF_CAUSES = len(t_.CAUSES)
+
+
+@njit
+def body_twist(data, body, root, nu):
+    """nu (6) = [v; omega] of the body frame, body axes, from MuJoCo's spatial velocity."""
+    R = advance(floats(data, _XMAT), 9 * body)
+    x = advance(floats(data, _XPOS), 3 * body)
+    com = advance(floats(data, _SUBTREE_COM), 3 * root)
+    c = advance(floats(data, _CVEL), 6 * body)
+    rx, ry, rz = x[0] - com[0], x[1] - com[1], x[2] - com[2]
+    vx = c[3] + c[1] * rz - c[2] * ry
+    vy = c[4] + c[2] * rx - c[0] * rz
+    vz = c[5] + c[0] * ry - c[1] * rx
+    for i in range(3):
+        nu[i] = R[i] * vx + R[3 + i] * vy + R[6 + i] * vz
+        nu[3 + i] = R[i] * c[0] + R[3 + i] * c[1] + R[6 + i] * c[2]
+
+
+@njit
+def _water_at_body(table, p, R, x, time, points, wet, nu_w, acc_w):
+    """Water twist nu_w (6) and acceleration acc_w (6) the body feels, body axes; wet part per point.
+
+    A body with strips gets the rigid motion that fits the water motion along its length best
+    (weighted least squares of the transverse components); without strips, the motion at its
+    centre of buoyancy. Returns the mean wet fraction.
+    """
+    small = scratch(16)
+    first, step = small, advance(small, 3)
+    count = int(p[t_.B_STRIPS])
+    strips = count > 0
+    if strips:
+        offset, dx = p[t_.B_STRIP_X], p[t_.B_STRIP_DX]
+        for i in range(3):
+            first[i] = x[i] + R[3 * i] * offset
+            step[i] = R[3 * i] * dx
+    else:
+        count = 1
+        for i in range(3):
+            first[i] = x[i]
+            step[i] = 0.0
+    convective = p[t_.B_CONVECTIVE] > 0.0
+    water_row(table, first, step, count, time, convective, points)
+
+    # world to body axes, in place
+    for j in range(count):
+        g = advance(points, POINT * j)
+        for part in range(2):
+            a, b, c = g[3 * part], g[3 * part + 1], g[3 * part + 2]
+            for i in range(3):
+                g[3 * part + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c
+
+    # wet part: 1 unless the body is near the surface
+    half = p[t_.B_HALF_HEIGHT]
+    reach = half + table[t_.E_CREST]
+    mean_wet = 0.0
+    slant = abs(R[6])
+    if strips:
+        half = half * math.sqrt(max(1.0 - slant * slant, 0.0)) + 0.5 * p[t_.B_STRIP_DX] * slant
+    weights = advance(table, int(p[t_.B_STRIP_WEIGHT]))
+    for j in range(count):
+        px, py, pz = first[0] + j * step[0], first[1] + j * step[1], first[2] + j * step[2]
+        fraction = 1.0
+        if half > 0.0 and pz > -reach:
+            depth = elevation(table, px, py, time) - pz
+            if strips:
+                fraction = wet_fraction_cylinder(depth, half)
+            else:
+                fraction = wet_fraction_sphere(depth, half)
+        wet[j] = fraction
+        mean_wet += fraction * (weights[j] if strips else 1.0)
+
+    for i in range(6):
+        nu_w[i] = 0.0
+        acc_w[i] = 0.0
+    if not strips:
+        for i in range(3):
+            nu_w[i] = points[i]
+            acc_w[i] = points[3 + i]
+        return mean_wet
+    mean = p[t_.B_STRIP_MEAN]
+    vy = vz = ay = az = 0.0
+    for j in range(count):
+        g = advance(points, POINT * j)
+        w = weights[j]
+        arm = w * (p[t_.B_STRIP_X] + j * p[t_.B_STRIP_DX] - mean)
+        for i in range(3):
+            nu_w[i] += w * g[i]
+            acc_w[i] += w * g[3 + i]
+        vy += arm * g[1]
+        vz += arm * g[2]
+        ay += arm * g[4]
+        az += arm * g[5]
+    spread = 1.0 / p[t_.B_STRIP_SPREAD]
+    nu_w[4], nu_w[5] = -vz * spread, vy * spread
+    acc_w[4], acc_w[5] = -az * spread, ay * spread
+    # from the mean position of the strips to the body origin
+    nu_w[1] -= nu_w[5] * mean
+    nu_w[2] += nu_w[4] * mean
+    acc_w[1] -= acc_w[5] * mean
+    acc_w[2] += acc_w[4] * mean
+    return mean_wet
+
+
+@njit
+def _added_mass_loads(A, nu, nu_r, acc_w, f):
+    """Everything of added mass but -M_A nu_dot: C_A(nu_r) nu_r and the water's acceleration.
+
+    Kirchhoff's equations in turning axes (Fossen 2021, eq. 6.50, and Lamb 1932, art. 124).
+    """
+    small = scratch(12)
+    p, a = small, advance(small, 6)
+    wx, wy, wz = nu[3], nu[4], nu[5]
+    # acceleration of the water seen from the turning axes: R^T Dv/Dt - omega x v_w
+    ux, uy, uz = nu[0] - nu_r[0], nu[1] - nu_r[1], nu[2] - nu_r[2]
+    a[0] = acc_w[0] - (wy * uz - wz * uy)
+    a[1] = acc_w[1] - (wz * ux - wx * uz)
+    a[2] = acc_w[2] - (wx * uy - wy * ux)
+    a[3], a[4], a[5] = acc_w[3], acc_w[4], acc_w[5]
+    for i in range(6):
+        p[i] = 0.0
+        force = 0.0
+        for j in range(6):
+            p[i] += A[6 * i + j] * nu_r[j]
+            force += A[6 * i + j] * a[j]
+        f[i] += force
+    f[0] -= wy * p[2] - wz * p[1]
+    f[1] -= wz * p[0] - wx * p[2]
+    f[2] -= wx * p[1] - wy * p[0]
+    f[3] -= wy * p[5] - wz * p[4] + nu_r[1] * p[2] - nu_r[2] * p[1]
+    f[4] -= wz * p[3] - wx * p[5] + nu_r[2] * p[0] - nu_r[0] * p[2]
+    f[5] -= wx * p[4] - wy * p[3] + nu_r[0] * p[1] - nu_r[1] * p[0]
+
+
+@njit
+def _damping_loads(p, nu, nu_r, points, wet, mean_wet, f):
+    """Linear, quadratic and cross-flow drag on the relative motion."""
+    linear, quadratic = advance(p, t_.B_LINEAR), advance(p, t_.B_QUADRATIC)
+    for i in range(6):
+        force = 0.0
+        for j in range(6):
+            force += (linear[6 * i + j] + quadratic[6 * i + j] * abs(nu_r[j])) * nu_r[j]
+        f[i] -= mean_wet * force
+    drag_y, drag_z = p[t_.B_STRIP_DRAG], p[t_.B_STRIP_DRAG + 1]
+    if drag_y == 0.0 and drag_z == 0.0:
+        return
+    dx = p[t_.B_STRIP_DX]
+    for j in range(int(p[t_.B_STRIPS])):
+        x = p[t_.B_STRIP_X] + j * dx
+        g = advance(points, POINT * j)
+        v = nu[1] + nu[5] * x - g[1]
+        w = nu[2] - nu[4] * x - g[2]
+        speed = wet[j] * dx * math.sqrt(v * v + w * w)
+        y, z = -drag_y * speed * v, -drag_z * speed * w
+        f[1] += y
+        f[2] += z
+        f[4] -= x * z
+        f[5] += x * y
+
+
+@njit
+def _displacement_loads(table, p, R, points, wet, buoyancy, pressure):
+    """Buoyancy and Froude-Krylov force rho V Dv/Dt of the wet volume, strip by strip."""
+    volume = p[t_.B_VOLUME]
+    if volume == 0.0:
+        return
+    count = int(p[t_.B_STRIPS])
+    strips = count > 0
+    if not strips:
+        count = 1
+    weights = advance(table, int(p[t_.B_STRIP_WEIGHT]))
+    lift = table[t_.E_DENSITY] * table[t_.E_GRAVITY]
+    krylov = table[t_.E_DENSITY] * p[t_.B_FROUDE_KRYLOV]
+    cx, cy, cz = p[t_.B_CB], p[t_.B_CB + 1], p[t_.B_CB + 2]
+    for j in range(count):
+        g = advance(points, POINT * j)
+        part = volume * wet[j]
+        x = cx
+        if strips:
+            part *= weights[j]
+            x += p[t_.B_STRIP_X] + j * p[t_.B_STRIP_DX] - p[t_.B_STRIP_MEAN]
+        for law in range(2):
+            if law == 0:
+                fx, fy, fz = part * lift * R[6], part * lift * R[7], part * lift * R[8]
+                f = buoyancy
+            else:
+                fx, fy, fz = part * krylov * g[3], part * krylov * g[4], part * krylov * g[5]
+                f = pressure
+            f[0] += fx
+            f[1] += fy
+            f[2] += fz
+            f[3] += cy * fz - cz * fy
+            f[4] += cz * fx - x * fz
+            f[5] += x * fy - cy * fx
+
+
+@njit
+def body_loads(model, data, table, p, time, nu, f, inertia):
+    """Wrenches by cause f (cause, 6) and inertia matrices (INERTIAS, 36) of one body record."""
+    body, root = int(p[t_.B_BODY]), int(p[t_.B_ROOT])
+    R = advance(floats(data, _XMAT), 9 * body)
+    x = advance(floats(data, _XPOS), 3 * body)
+    for i in range(_CAUSES):
+        f[i] = 0.0
+    for i in range(_INERTIAS):
+        inertia[i] = 0.0
+    small = scratch(18)
+    nu_w, acc_w, nu_r = small, advance(small, 6), advance(small, 12)
+    points, wet = scratch(_STRIP_VALUES), scratch(_STRIPS)
+    body_twist(data, body, root, nu)
+    mean_wet = _water_at_body(table, p, R, x, time, points, wet, nu_w, acc_w)
+    for i in range(6):
+        nu_r[i] = nu[i] - nu_w[i]
+    A = advance(p, t_.B_ADDED_MASS)
+    for i in range(36):
+        inertia[i] = A[i]
+    _added_mass_loads(A, nu, nu_r, acc_w, f)
+    _damping_loads(p, nu, nu_r, points, wet, mean_wet, advance(f, 6 * t_.C_DAMPING))
+    buoyancy, waves = advance(f, 6 * t_.C_RESTORING), advance(f, 6 * t_.C_WAVES)
+    _displacement_loads(table, p, R, points, wet, buoyancy, waves)
+    elements.apply(model, data, table, p, body, R, x, nu, time, f, inertia)
+
+
+@njit
+def _bias_acceleration(model, data, p, nu, a):
+    """a (6) = Jdot qvel: what is left of the twist rate when qacc = 0, body axes."""
+    if p[t_.B_FREE] > 0.0:
+        a[0] = -(nu[4] * nu[2] - nu[5] * nu[1])
+        a[1] = -(nu[5] * nu[0] - nu[3] * nu[2])
+        a[2] = -(nu[3] * nu[1] - nu[4] * nu[0])
+        a[3] = a[4] = a[5] = 0.0
+        return
+    body, root = int(p[t_.B_BODY]), int(p[t_.B_ROOT])
+    R = advance(floats(data, _XMAT), 9 * body)
+    x = advance(floats(data, _XPOS), 3 * body)
+    com = advance(floats(data, _SUBTREE_COM), 3 * root)
+    rx, ry, rz = x[0] - com[0], x[1] - com[1], x[2] - com[2]
+    qvel = floats(data, _QVEL)
+    # world velocity of the body origin
+    vx = R[0] * nu[0] + R[1] * nu[1] + R[2] * nu[2]
+    vy = R[3] * nu[0] + R[4] * nu[1] + R[5] * nu[2]
+    vz = R[6] * nu[0] + R[7] * nu[1] + R[8] * nu[2]
+    lx = ly = lz = ax = ay = az = 0.0
+    dof = int(p[t_.B_LAST_DOF])
+    parents = ints(model, _DOF_PARENT)
+    while dof >= 0:
+        c = advance(floats(data, _CDOF), 6 * dof)
+        joint = ints(model, _DOF_JOINT)[dof]
+        kind = ints(model, _JOINT_TYPE)[joint]
+        turning = kind == _BALL or (
+            kind == _FREE and dof >= ints(model, _JOINT_DOF)[joint] + 3
+        )
+        if turning:  # MuJoCo keeps these axes fixed in cdof_dot: cross product with cvel instead
+            w = advance(floats(data, _CVEL), 6 * ints(model, _DOF_BODY)[dof])
+            d0, d1, d2 = w[1] * c[2] - w[2] * c[1], w[2] * c[0] - w[0] * c[2], 0.0
+            d2 = w[0] * c[1] - w[1] * c[0]
+            e0 = w[1] * c[5] - w[2] * c[4] + w[4] * c[2] - w[5] * c[1]
+            e1 = w[2] * c[3] - w[0] * c[5] + w[5] * c[0] - w[3] * c[2]
+            e2 = w[0] * c[4] - w[1] * c[3] + w[3] * c[1] - w[4] * c[0]
+        else:
+            d = advance(floats(data, _CDOF_DOT), 6 * dof)
+            d0, d1, d2, e0, e1, e2 = d[0], d[1], d[2], d[3], d[4], d[5]
+        rate = qvel[dof]
+        lx += rate * (e0 + d1 * rz - d2 * ry + c[1] * vz - c[2] * vy)
+        ly += rate * (e1 + d2 * rx - d0 * rz + c[2] * vx - c[0] * vz)
+        lz += rate * (e2 + d0 * ry - d1 * rx + c[0] * vy - c[1] * vx)
+        ax += rate * d0
+        ay += rate * d1
+        az += rate * d2
+        dof = parents[dof]
+    for i in range(3):
+        a[i] = R[i] * lx + R[3 + i] * ly + R[6 + i] * lz
+        a[3 + i] = R[i] * ax + R[3 + i] * ay + R[6 + i] * az
+    a[0] -= nu[4] * nu[2] - nu[5] * nu[1]
+    a[1] -= nu[5] * nu[0] - nu[3] * nu[2]
+    a[2] -= nu[3] * nu[1] - nu[4] * nu[0]
+
+
+@njit(fastmath=FAST)
+def apply_loads(model, data, p, nu, f, inertia):
+    """M += J^T A J and qfrc_passive += J^T (sum of causes - A Jdot qvel), J of the body frame."""
+    body, root = int(p[t_.B_BODY]), int(p[t_.B_ROOT])
+    small = scratch(48)
+    A, total, bias = small, advance(small, 36), advance(small, 42)
+    for i in range(36):
+        A[i] = 0.0
+        for law in range(t_.INERTIAS):
+            A[i] += inertia[36 * law + i]
+    _bias_acceleration(model, data, p, nu, bias)
+    for i in range(6):
+        total[i] = 0.0
+        for cause in range(_NUMBER_OF_CAUSES):
+            total[i] += f[6 * cause + i]
+        for j in range(6):
+            total[i] -= A[6 * i + j] * bias[j]
+    R = advance(floats(data, _XMAT), 9 * body)
+    x = advance(floats(data, _XPOS), 3 * body)
+    com = advance(floats(data, _SUBTREE_COM), 3 * root)
+    rx, ry, rz = x[0] - com[0], x[1] - com[1], x[2] - com[2]
+    parents = ints(model, _DOF_PARENT)
+    force = floats(data, _QFRC)
+    M = floats(data, _M)
+    J, AJ = scratch(_CHAIN_VALUES), scratch(6)
+    dof = int(p[t_.B_LAST_DOF])
+    n = 0
+    while dof >= 0:
+        c = advance(floats(data, _CDOF), 6 * dof)
+        lx = c[3] + c[1] * rz - c[2] * ry
+        ly = c[4] + c[2] * rx - c[0] * rz
+        lz = c[5] + c[0] * ry - c[1] * rx
+        column = advance(J, 6 * n)
+        for i in range(3):
+            column[i] = R[i] * lx + R[3 + i] * ly + R[6 + i] * lz
+            column[3 + i] = R[i] * c[0] + R[3 + i] * c[1] + R[6 + i] * c[2]
+        push = 0.0
+        for i in range(6):
+            push += column[i] * total[i]
+        force[dof] += push
+        dof = parents[dof]
+        n += 1
+    # row of a dof in M: its ancestors in rising order, itself last
+    dof = int(p[t_.B_LAST_DOF])
+    for a in range(n):
+        column = advance(J, 6 * a)
+        for i in range(6):
+            AJ[i] = 0.0
+            for j in range(6):
+                AJ[i] += A[6 * i + j] * column[j]
+        entry = ints(model, _ROW_ADDRESS)[dof] + ints(model, _ROW_LENGTH)[dof] - 1
+        for b in range(a, n):
+            other = advance(J, 6 * b)
+            value = 0.0
+            for i in range(6):
+                value += other[i] * AJ[i]
+            M[entry] += value
+            entry -= 1
+        dof = parents[dof]

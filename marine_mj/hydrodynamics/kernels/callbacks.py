@@ -1,0 +1,118 @@
+"""The native entry points that MuJoCo calls."""
+
+import hashlib
+from pathlib import Path
+
+from numba import cfunc, types
+
+from marine_mj.hydrodynamics import table as t_
+from marine_mj.hydrodynamics.kernels.body import apply_loads, body_loads
+from marine_mj.hydrodynamics.kernels.memory import (
+    advance,
+    field,
+    float_value,
+    floats,
+    ints,
+    scratch,
+    size_value,
+)
+
+mj_makeM = types.ExternalFunction("mj_makeM", types.void(types.voidptr, types.voidptr))
+mj_factorM = types.ExternalFunction("mj_factorM", types.void(types.voidptr, types.voidptr))
+
+_NUMERICS = field("m", "nnumeric")
+_NUMERIC_ADDRESS = field("m", "numeric_adr")
+_NUMERIC_SIZE = field("m", "numeric_size")
+_NUMERIC_DATA = field("m", "numeric_data")
+_TIME = field("d", "time")
+_ACT = field("d", "act")
+_CTRL = field("d", "ctrl")
+_ACT_ADDRESS = field("m", "actuator_actadr")
+_DYNPRM = field("m", "actuator_dynprm")
+
+_NU_F = 6 + 6 * len(t_.CAUSES)
+_INERTIAS = 36 * t_.INERTIAS
+_WRENCHES = 6 * len(t_.CAUSES)
+
+
+def _source_digest() -> int:
+    """Number that changes with any source of the kernels.
+
+    numba keys its disk cache on the file of the outermost function only; the digest, closed over
+    by that function, makes a change in any of them count.
+    """
+    digest = hashlib.sha256()
+    for path in [*sorted(Path(__file__).parent.glob("*.py")), Path(t_.__file__)]:
+        digest.update(path.read_bytes())
+    digest.update(Path(__file__).parent.parent.joinpath("layout.py").read_bytes())
+    return int.from_bytes(digest.digest()[:6], "big")
+
+
+def _compile(source: int):
+    """The three entry points, from the disk cache where it has them."""
+
+    @cfunc(types.void(types.voidptr, types.voidptr), cache=True)
+    def passive(model, data):
+        """mjcb_passive: hydrodynamic loads and added mass; nothing on a model without table."""
+        count = size_value(model, _NUMERICS)
+        if count == 0 or source == 0:
+            return
+        address = ints(model, _NUMERIC_ADDRESS)[count - 1]
+        size = ints(model, _NUMERIC_SIZE)[count - 1]
+        if size < t_.FIXED_SIZE:
+            return
+        table = advance(floats(model, _NUMERIC_DATA), address)
+        if table[t_.H_MAGIC] != t_.MAGIC or table[t_.H_VERSION] != t_.VERSION:
+            return
+        if table[t_.H_LENGTH] > size:
+            return
+        mj_makeM(model, data)
+        work, inertia = scratch(_NU_F), scratch(_INERTIAS)
+        nu, f = work, advance(work, 6)
+        time = float_value(data, _TIME)
+        place = int(table[t_.H_FIRST_BODY])
+        for _ in range(int(table[t_.H_BODIES])):
+            p = advance(table, place)
+            body_loads(model, data, table, p, time, nu, f, inertia)
+            apply_loads(model, data, p, nu, f, inertia)
+            place += int(p[t_.B_SIZE])
+        mj_factorM(model, data)
+
+    @cfunc(types.void(types.voidptr, types.voidptr, types.CPointer(types.float64)), cache=True)
+    def report(model, data, out):
+        """Wrenches by cause and inertia matrices of every body, into out (bodies, REPORT_SIZE)."""
+        count = size_value(model, _NUMERICS)
+        if source == 0:
+            return
+        address = ints(model, _NUMERIC_ADDRESS)[count - 1]
+        table = advance(floats(model, _NUMERIC_DATA), address)
+        nu = scratch(6)
+        time = float_value(data, _TIME)
+        place = int(table[t_.H_FIRST_BODY])
+        for number in range(int(table[t_.H_BODIES])):
+            p = advance(table, place)
+            row = advance(out, number * t_.REPORT_SIZE)
+            inertia = advance(row, _WRENCHES)
+            body_loads(model, data, table, p, time, nu, row, inertia)
+            place += int(p[t_.B_SIZE])
+
+    @cfunc(types.float64(types.voidptr, types.voidptr, types.int32), cache=True)
+    def act_dyn(model, data, actuator):
+        """mjcb_act_dyn: rate of the activation of a `dyntype="user"` actuator.
+
+        dynprm: [law, time constant, fastest fall, fastest rise]; law 1 is a first-order lag with
+        rate limits.
+        """
+        if source == 0:
+            return 0.0
+        prm = advance(floats(model, _DYNPRM), 10 * actuator)
+        if prm[0] == t_.RATE_LIMITED_LAG:
+            act = floats(data, _ACT)[ints(model, _ACT_ADDRESS)[actuator]]
+            rate = (floats(data, _CTRL)[actuator] - act) / prm[1]
+            return min(max(rate, prm[2]), prm[3])
+        return 0.0
+
+    return passive, report, act_dyn
+
+
+passive, report, act_dyn = _compile(_source_digest())

@@ -1,0 +1,339 @@
+"""Packing coefficients and environment into the table that the native kernels read."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import mujoco
+import numpy as np
+
+from marine_mj.environment import Environment, WaveField
+from marine_mj.errors import ModelError
+from marine_mj.frames import Array, rotation_from_quaternion
+from marine_mj.hydrodynamics import table as t_
+from marine_mj.hydrodynamics.coefficients import BodyCoefficients
+from marine_mj.hydrodynamics.raos import responses
+
+Motion = Literal["free", "dynamic", "rao"]
+#: Headings for which the exciting forces of a floating body are tabulated.
+HEADINGS = 24
+#: Inertia of a body with prescribed motion, kg and kg m2 (a calibration: far above any vehicle,
+#: far below what would spoil the solver's scaling).
+PRESCRIBED_INERTIA = 1e9
+
+
+@dataclass(frozen=True)
+class BodySettings:
+    """How a body is simulated; the defaults are the complete physics.
+
+    Attributes:
+        motion: "dynamic" (wave forces from force RAOs), "rao" (plays back motion RAOs whatever
+            touches it), "free" (no RAO table); None: "dynamic" with a wave database, else "free".
+        strips: False reduces a slender body to one point with its lumped damping.
+        froude_krylov: undisturbed wave pressure on the displaced volume.
+        convective: material acceleration of the water; False: its local time derivative.
+        constant_buoyancy: buoyancy does not change at the surface.
+    """
+
+    motion: Motion | None = None
+    strips: bool = True
+    froude_krylov: bool = True
+    convective: bool = True
+    constant_buoyancy: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the motion."""
+        if self.motion is not None and self.motion not in get_args(Motion):
+            raise ModelError(
+                f"motion is {self.motion!r}, allowed are {', '.join(get_args(Motion))}"
+            )
+
+
+def motion_of(body: BodyCoefficients, settings: BodySettings) -> Motion:
+    """The motion a body gets; see `BodySettings.motion`.
+
+    Raises:
+        ModelError: RAOs are asked for and the body names no wave database.
+    """
+    motion = settings.motion or ("dynamic" if body.wave_database else "free")
+    if motion != "free" and body.wave_database is None:
+        raise ModelError(
+            f"motion {motion!r} of {body.name!r} needs RAOs; allowed is 'free', or name a database: "
+            f'<text name="{body.name}.wave_database" data="FILE.nc"/>'
+        )
+    return motion
+
+
+class _Table:
+    """A growing list of float64 with blocks at known offsets."""
+
+    def __init__(self) -> None:
+        self.values: list[Array] = []
+        self.length = 0
+
+    def add(self, *parts: Array | Sequence[float] | float) -> int:
+        """Append the parts; returns the offset of the first."""
+        offset = self.length
+        for part in parts:
+            block = np.atleast_1d(np.asarray(part, dtype=float)).ravel()
+            self.values.append(block)
+            self.length += block.size
+        return offset
+
+    def array(self) -> Array:
+        """Everything as one array."""
+        return np.concatenate(self.values)
+
+
+def _wave_rows(waves: WaveField) -> Array:
+    """Wave data (WAVE_ROWS, N)."""
+    rows = np.zeros((t_.WAVE_ROWS, len(waves.omega)))
+    rows[t_.W_OMEGA] = waves.omega
+    rows[t_.W_K] = waves.wavenumber
+    rows[t_.W_BX] = np.cos(waves.direction)
+    rows[t_.W_BY] = np.sin(waves.direction)
+    rows[t_.W_PHASE] = waves.phase
+    rows[t_.W_AMPLITUDE] = waves.amplitude
+    with np.errstate(over="ignore"):
+        finite = 1 - np.exp(-2 * waves.wavenumber * waves.depth) if len(waves.omega) else 1.0
+    rows[t_.W_SPEED] = waves.amplitude * waves.omega / finite
+    return rows
+
+
+def _environment(table: _Table, environment: Environment) -> Array:
+    """Fixed part of the table with everything of the environment filled in."""
+    waves, current, wind = environment.waves, environment.current, environment.wind
+    if len(waves.omega) > t_.MAX_WAVES:
+        raise ModelError(
+            f"the sea has {len(waves.omega)} components, allowed are {t_.MAX_WAVES} at most: "
+            "lower the number of components"
+        )
+    fixed = np.zeros(t_.FIXED_SIZE)
+    fixed[t_.H_MAGIC], fixed[t_.H_VERSION] = t_.MAGIC, t_.VERSION
+    fixed[t_.E_DENSITY], fixed[t_.E_GRAVITY] = environment.water_density, environment.gravity
+    fixed[t_.E_DEPTH] = waves.depth if np.isfinite(waves.depth) else 0.0
+    fixed[t_.E_STRETCHING] = t_.STRETCHING[waves.stretching]
+    fixed[t_.E_WAVES] = len(waves.omega)
+    fixed[t_.E_WAVE_DATA] = table.add(_wave_rows(waves))
+    fixed[t_.E_CREST] = waves.amplitude.sum()
+    if np.any(current.velocity) or len(current.fluctuation):
+        fixed[t_.E_LEVELS] = len(current.levels)
+        fixed[t_.E_LEVEL_DATA] = table.add(current.levels, current.velocity)
+        fixed[t_.E_KNOTS] = len(current.fluctuation)
+        fixed[t_.E_INTERVAL] = current.interval
+        fixed[t_.E_KNOT_DATA] = table.add(current.fluctuation)
+    fixed[t_.E_WIND_KNOTS] = len(wind.velocity)
+    fixed[t_.E_WIND_INTERVAL] = wind.interval
+    fixed[t_.E_WIND_DATA] = table.add(wind.velocity)
+    fixed[t_.E_AIR_DENSITY] = wind.air_density
+    return fixed
+
+
+def _chain(model: mujoco.MjModel, body: int, name: str) -> tuple[int, int]:
+    """Last degree of freedom that moves the body, and how many do; checks the rows of M."""
+    moving = int(model.body_weldid[body])
+    if moving == 0 or model.body_dofnum[moving] == 0:
+        raise ModelError(
+            f"hydrodynamic body {name!r} cannot move: give it or a parent a joint, or remove its "
+            "coefficients"
+        )
+    last = int(model.body_dofadr[moving] + model.body_dofnum[moving] - 1)
+    dof, count = last, 0
+    while dof >= 0:
+        count += 1
+        dof = int(model.dof_parentid[dof])
+    if count > t_.MAX_CHAIN:
+        raise ModelError(
+            f"{count} degrees of freedom move the body {name!r}, allowed are {t_.MAX_CHAIN}"
+        )
+    dof, left = last, count
+    while dof >= 0:
+        if model.M_rownnz[dof] != left:
+            raise ModelError(
+                f"MuJoCo treats the body {name!r} as simple and stores only the diagonal of its "
+                'inertia: set simple="false" on it (marine_mj.load_xml does)'
+            )
+        left -= 1
+        dof = int(model.dof_parentid[dof])
+    return last, count
+
+
+def _weight(model: mujoco.MjModel, body: int, gravity: float) -> tuple[float, Array]:
+    """Weight [N] of the body's subtree and its centre of gravity (3), body frame, at qpos0."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    R = data.xmat[body].reshape(3, 3)
+    center = R.T @ (data.subtree_com[body] - data.xpos[body])
+    return float(model.body_subtreemass[body] * gravity), center
+
+
+def _free_root(model: mujoco.MjModel, body: int) -> bool:
+    """Whether the body hangs on the world by a free joint of its own."""
+    joint = model.body_jntadr[body]
+    return bool(
+        model.body_jntnum[body] == 1
+        and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
+        and model.body_parentid[body] == 0
+    )
+
+
+def _prescribed(
+    model: mujoco.MjModel, table: _Table, body: BodyCoefficients, index: int, waves: WaveField
+) -> list[Array]:
+    """Element that plays back motion RAOs about the pose at qpos0."""
+    if not _free_root(model, index):
+        raise ModelError(
+            f"motion 'rao' of {body.name!r} needs a free joint of its own on a body of the world"
+        )
+    address = model.jnt_qposadr[model.body_jntadr[index]]
+    pose = model.qpos0[address : address + 7]
+    R = rotation_from_quaternion(pose[3:])
+    yaw = float(np.arctan2(R[1, 0], R[0, 0]))
+    amplitude = responses(str(body.wave_database), "motion", waves, yaw)
+    along = np.cos(waves.direction) * pose[0] + np.sin(waves.direction) * pose[1]
+    amplitude = amplitude * np.exp(1j * (waves.wavenumber * along + waves.phase))
+    offset = table.add(np.stack([amplitude.real, amplitude.imag], axis=1))
+    height = body.equilibrium_height
+    kappa = PRESCRIBED_INERTIA
+    return [np.array([pose[0], pose[1], height, yaw, offset, kappa, kappa])]
+
+
+def _excitation(table: _Table, body: BodyCoefficients, waves: WaveField) -> list[Array]:
+    """Element with the exciting forces for all headings."""
+    if not len(waves.omega):
+        return []
+    blocks = []
+    for heading in range(HEADINGS):
+        yaw = 2 * np.pi * heading / HEADINGS
+        force = responses(str(body.wave_database), "force", waves, yaw)
+        blocks.append(np.stack([force.real, force.imag], axis=1))
+    return [np.array([HEADINGS, table.add(np.stack(blocks))])]
+
+
+def _elements(
+    model: mujoco.MjModel,
+    table: _Table,
+    body: BodyCoefficients,
+    index: int,
+    environment: Environment,
+    motion: Motion,
+) -> list[tuple[float, Array]]:
+    """(kind, parameters) of every element of a body."""
+    found: list[tuple[float, Array]] = []
+    if body.restoring is not None:
+        weight, center = _weight(model, index, environment.gravity)
+        data = np.concatenate(
+            [body.restoring.ravel(), [body.equilibrium_height, weight], center]
+        )
+        found.append((t_.RESTORING, data))
+    if motion == "dynamic":
+        found += [(t_.EXCITATION, q) for q in _excitation(table, body, environment.waves)]
+    elif motion == "rao":
+        q = _prescribed(model, table, body, index, environment.waves)
+        found += [(t_.PRESCRIBED, data) for data in q]
+    if body.wind is not None and np.any(environment.wind.velocity):
+        found.append((t_.WIND, body.wind))
+    for tank in body.tanks:
+        actuator = model.actuator(tank.actuator).id
+        address = model.actuator_actadr[actuator]
+        if address < 0:
+            raise ModelError(
+                f"tank of {body.name!r}: the actuator {tank.actuator!r} has no activation; give it "
+                'a dyntype, e.g. "integrator"'
+            )
+        found.append((t_.TANK, np.array([address, tank.density, *tank.position])))
+    return found
+
+
+def _volume(body: BodyCoefficients, environment: Environment) -> float:
+    """Displaced volume, m3."""
+    if body.buoyancy:
+        return body.buoyancy / (environment.water_density * environment.gravity)
+    return body.displaced_volume
+
+
+def _record(
+    model: mujoco.MjModel,
+    table: _Table,
+    body: BodyCoefficients,
+    environment: Environment,
+    settings: BodySettings,
+) -> Array:
+    """Record of one body; what it points at goes into the table first."""
+    index = model.body(body.name).id
+    last, count = _chain(model, index, body.name)
+    motion = motion_of(body, settings)
+    p = np.zeros(t_.B_FIXED_SIZE)
+    p[t_.B_SIZE] = t_.B_FIXED_SIZE
+    p[t_.B_BODY], p[t_.B_ROOT] = index, model.body_rootid[index]
+    p[t_.B_LAST_DOF], p[t_.B_CHAIN] = last, count
+    p[t_.B_FREE] = _free_root(model, index)
+    p[t_.B_VOLUME] = _volume(body, environment)
+    p[t_.B_CB : t_.B_CB + 3] = body.center_of_buoyancy
+    p[t_.B_FROUDE_KRYLOV] = settings.froude_krylov
+    p[t_.B_CONVECTIVE] = settings.convective
+    quadratic = body.quadratic_damping
+    half_height = body.submergence_height
+    if body.strips is not None and settings.strips:
+        strips = body.strips
+        x = strips.x
+        mean = float(strips.weight @ x)
+        p[t_.B_STRIPS] = len(x)
+        p[t_.B_STRIP_X], p[t_.B_STRIP_DX] = strips.first, strips.length
+        p[t_.B_STRIP_DRAG : t_.B_STRIP_DRAG + 2] = strips.drag
+        p[t_.B_STRIP_WEIGHT] = table.add(strips.weight)
+        p[t_.B_STRIP_MEAN] = mean
+        p[t_.B_STRIP_SPREAD] = strips.weight @ (x - mean) ** 2
+        half_height = half_height or strips.radius
+    elif body.quadratic_damping_lumped is not None:
+        quadratic = body.quadratic_damping_lumped
+    p[t_.B_HALF_HEIGHT] = 0.0 if settings.constant_buoyancy else half_height
+    p[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36] = body.added_mass.ravel()
+    p[t_.B_LINEAR : t_.B_LINEAR + 36] = body.linear_damping.ravel()
+    p[t_.B_QUADRATIC : t_.B_QUADRATIC + 36] = quadratic.ravel()
+    elements = _elements(model, table, body, index, environment, motion)
+    p[t_.B_ELEMENTS] = len(elements)
+    p[t_.B_ELEMENT_DATA] = table.length
+    for kind, data in elements:
+        table.add([kind, t_.EL_DATA + data.size], data)
+    return p
+
+
+def pack_table(
+    model: mujoco.MjModel,
+    bodies: Sequence[BodyCoefficients],
+    environment: Environment,
+    settings: dict[str, BodySettings],
+) -> Array:
+    """The packed table (n,) of a compiled model for one environment.
+
+    The length depends on the numbers of bodies, wave components and knots only, so tables of
+    different seeds fit in the same model and in `mujoco.batch.Batch.expand("numeric_data")`.
+
+    Args:
+        model: compiled model that has the bodies.
+        bodies: from `read_coefficients`.
+        environment: sea, current and wind.
+        settings: by body name; bodies that are not named get the defaults.
+
+    Raises:
+        ModelError: a setting names no hydrodynamic body, or a body cannot be simulated so.
+    """
+    names = [body.name for body in bodies]
+    for name in settings:
+        if name not in names:
+            raise ModelError(f"settings name the body {name!r}; hydrodynamic bodies are {names}")
+    table = _Table()
+    table.add(np.zeros(t_.FIXED_SIZE))
+    fixed = _environment(table, environment)
+    records = [
+        _record(model, table, body, environment, settings.get(body.name, BodySettings()))
+        for body in bodies
+    ]
+    fixed[t_.H_BODIES], fixed[t_.H_FIRST_BODY] = len(records), table.length
+    table.add(*records)
+    fixed[t_.H_LENGTH] = table.length
+    values = table.array()
+    values[: t_.FIXED_SIZE] = fixed
+    return values

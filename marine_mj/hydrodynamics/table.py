@@ -1,0 +1,62 @@
+"""Layout of the packed table: what stands where in the model's `numeric_data`.
+
+The table is the last `<numeric>` of a marine model. Everything the kernels know travels in it, so
+copies, batches, pickles and .mjb files carry it along, and `mujoco.batch.Batch.expand` can vary it
+between simulations. All entries are float64; offsets count from the start of the table.
+"""
+
+#: Name of the numeric that holds the table.
+NAME = "marine_mj_table"
+MAGIC = 20261122.0
+VERSION = 1.0
+
+# header
+H_MAGIC, H_VERSION, H_LENGTH, H_BODIES, H_FIRST_BODY = range(5)
+
+# environment block, right behind the header
+E_DENSITY = 8
+E_GRAVITY = 9
+E_DEPTH = 10  # 0: infinite
+E_STRETCHING = 11
+E_WAVES = 12  # number of wave components
+E_WAVE_DATA = 13  # offset of WAVE_ROWS rows of that many values
+E_CREST = 14  # upper bound of |elevation|
+E_LEVELS, E_LEVEL_DATA = 15, 16  # current profile: z (n), then velocity (n, 3)
+E_KNOTS, E_INTERVAL, E_KNOT_DATA = 17, 18, 19  # current fluctuation (m, 3)
+E_WIND_KNOTS, E_WIND_INTERVAL, E_WIND_DATA, E_AIR_DENSITY = 20, 21, 22, 23
+FIXED_SIZE = 24
+
+STRETCHING = {"none": 0.0, "constant": 1.0, "wheeler": 2.0}
+
+# rows of the wave data: each a contiguous array over the components
+(W_OMEGA, W_K, W_BX, W_BY, W_PHASE, W_AMPLITUDE, W_SPEED, WAVE_ROWS) = range(8)
+MAX_WAVES = 500
+MAX_STRIPS = 40
+#: Longest chain of degrees of freedom from the root to a hydrodynamic body.
+MAX_CHAIN = 48
+
+# body record
+B_SIZE = 0  # length of the record: the next one starts there
+B_BODY, B_ROOT, B_LAST_DOF, B_CHAIN, B_FREE = 1, 2, 3, 4, 5
+B_VOLUME, B_CB, B_HALF_HEIGHT = 6, 7, 10
+B_FROUDE_KRYLOV, B_CONVECTIVE = 11, 12
+B_STRIPS, B_STRIP_X, B_STRIP_DX, B_STRIP_DRAG, B_STRIP_WEIGHT = 13, 14, 15, 16, 18
+B_STRIP_MEAN, B_STRIP_SPREAD = 19, 20  # sum w x and sum w (x - mean)^2
+B_ELEMENTS, B_ELEMENT_DATA = 21, 22
+B_ADDED_MASS, B_LINEAR, B_QUADRATIC = 24, 60, 96
+B_FIXED_SIZE = 132
+
+# elements: force laws that only some bodies have. Each starts with its kind and its length.
+RESTORING, EXCITATION, PRESCRIBED, WIND, TANK = 1.0, 2.0, 3.0, 4.0, 5.0
+EL_KIND, EL_SIZE, EL_DATA = 0, 1, 2
+
+#: What the wrench on a body is reported by, in the order of the kernel's accumulators.
+CAUSES = ("added_mass", "damping", "restoring", "waves", "wind", "ballast", "prescribed")
+C_ADDED_MASS, C_DAMPING, C_RESTORING, C_WAVES, C_WIND, C_BALLAST, C_PRESCRIBED = range(7)
+#: Inertia matrices beside the rigid body's: added mass, ballast, prescribed motion.
+M_ADDED, M_BALLAST, M_PRESCRIBED, INERTIAS = 0, 1, 2, 3
+#: Length of the report of one body: wrenches by cause, then the inertia matrices.
+REPORT_SIZE = 6 * len(CAUSES) + 36 * INERTIAS
+
+# laws of user activations (first entry of actuator_dynprm)
+RATE_LIMITED_LAG = 1.0

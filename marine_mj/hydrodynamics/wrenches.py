@@ -1,0 +1,176 @@
+"""Forces on a body by cause, and checks of a running simulation."""
+
+import mujoco
+import numpy as np
+
+from marine_mj.errors import SimulationError
+from marine_mj.frames import Array
+from marine_mj.hydrodynamics import table as t_
+from marine_mj.hydrodynamics.native import report, table_of
+
+#: Causes that `wrenches` reports, in this order.
+CAUSES = (*t_.CAUSES, "gravity", "contact", "constraint", "propulsion", "applied")
+
+
+def hydrodynamic_bodies(model: mujoco.MjModel) -> list[int]:
+    """Ids of the bodies in the packed table, in its order."""
+    table = table_of(model)
+    place, bodies = int(table[t_.H_FIRST_BODY]), []
+    for _ in range(int(table[t_.H_BODIES])):
+        bodies.append(int(table[place + t_.B_BODY]))
+        place += int(table[place + t_.B_SIZE])
+    return bodies
+
+
+def body_acceleration(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> Array:
+    """nu_dot (6) = d/dt [v; omega] of the body frame in its own axes FLU, from `data.qacc`."""
+    R = data.xmat[body].reshape(3, 3)
+    x = data.xpos[body]
+    J, J_dot = np.zeros((6, model.nv)), np.zeros((6, model.nv))
+    mujoco.mj_jac(model, data, J[:3], J[3:], x, body)
+    mujoco.mj_jacDot(model, data, J_dot[:3], J_dot[3:], x, body)
+    world = J @ data.qacc + J_dot @ data.qvel
+    v, omega = R.T @ (J[:3] @ data.qvel), R.T @ (J[3:] @ data.qvel)
+    return np.concatenate([R.T @ world[:3] - np.cross(omega, v), R.T @ world[3:]])
+
+
+def added_mass_of(model: mujoco.MjModel, body: int) -> Array:
+    """Added mass (6, 6) of a body as the kernel uses it, FLU, about the body origin."""
+    table = table_of(model)
+    place = int(table[t_.H_FIRST_BODY])
+    for _ in range(int(table[t_.H_BODIES])):
+        if int(table[place + t_.B_BODY]) == body:
+            start = place + t_.B_ADDED_MASS
+            return table[start : start + 36].reshape(6, 6)
+        place += int(table[place + t_.B_SIZE])
+    return np.zeros((6, 6))
+
+
+def _contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData, groups: Array) -> Array:
+    """World wrench (nbody, 6) [force; moment about the world origin] of all contacts, by group."""
+    total = np.zeros((model.nbody, 6))
+    force = np.zeros(6)
+    for index in range(data.ncon):
+        contact = data.contact[index]
+        mujoco.mj_contactForce(model, data, index, force)
+        frame = contact.frame.reshape(3, 3)
+        push, twist = frame.T @ force[:3], frame.T @ force[3:]
+        wrench = np.concatenate([push, np.cross(contact.pos, push) + twist])
+        for geom, sign in zip(contact.geom, (-1.0, 1.0), strict=True):
+            if geom >= 0:
+                total[groups[model.geom_bodyid[geom]]] += sign * wrench
+    return total
+
+
+def _generalized(
+    model: mujoco.MjModel, data: mujoco.MjData, body: int, force: Array
+) -> Array | None:
+    """Wrench (6) at a free body's origin, body axes, of generalized forces; None if not free."""
+    joint = model.body_jntadr[body]
+    if model.body_jntnum[body] != 1 or model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE:
+        return None
+    dof = model.jnt_dofadr[joint]
+    R = data.xmat[body].reshape(3, 3)
+    return np.concatenate([R.T @ force[dof : dof + 3], force[dof + 3 : dof + 6]])
+
+
+def wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, dict[str, Array]]:
+    """Wrench on every hydrodynamic body by cause, for the state and acceleration in `data`.
+
+    Call `mj_forward` (or step) first. The causes sum to the rate of change of the rigid body's
+    momentum, `M_RB nu_dot + C_RB(nu) nu` (with everything rigidly fixed to it). "propulsion",
+    "constraint" and "applied" (the user's `qfrc_applied`, `xfrc_applied`, springs and limits) are
+    reported for bodies with a free joint of their own; on an articulated vehicle they are spread
+    over the joints and come out as zero here.
+
+    Returns:
+        {body name: {cause: (6,) [N, N m]}}, about the body origin, body axes FLU; causes are
+        added_mass (with `-M_A nu_dot`), damping, restoring (buoyancy, hydrostatics), waves, wind,
+        ballast, prescribed, gravity, contact, constraint (latch), propulsion, applied.
+
+    Raises:
+        ModelError: the model has no hydrodynamics table.
+    """
+    raw = report(model, data)
+    welded = np.asarray(model.body_weldid)
+    contacts = _contact_wrenches(model, data, welded)
+    result: dict[str, dict[str, Array]] = {}
+    for row, body in zip(raw, hydrodynamic_bodies(model), strict=True):
+        forces = row[: 6 * len(t_.CAUSES)].reshape(-1, 6)
+        inertia = row[6 * len(t_.CAUSES) :].reshape(t_.INERTIAS, 6, 6)
+        causes = {name: forces[i].copy() for i, name in enumerate(t_.CAUSES)}
+        nu_dot = body_acceleration(model, data, body)
+        owners = ("added_mass", "ballast", "prescribed")
+        for name, matrix in zip(owners, inertia, strict=True):
+            causes[name] -= matrix @ nu_dot
+        R, x = data.xmat[body].reshape(3, 3), data.xpos[body]
+        group = np.flatnonzero(welded == welded[body])
+        weight = np.zeros(6)
+        for part in group:
+            push = R.T @ (model.body_mass[part] * model.opt.gravity)
+            arm = R.T @ (data.xipos[part] - x)
+            weight += np.concatenate([push, np.cross(arm, push)])
+        causes["gravity"] = weight
+        push = contacts[welded[body]][:3]
+        twist = contacts[welded[body]][3:] - np.cross(x, push)
+        causes["contact"] = np.concatenate([R.T @ push, R.T @ twist])
+        none = np.zeros(6)
+        constraint = _generalized(model, data, body, data.qfrc_constraint)
+        causes["constraint"] = none if constraint is None else constraint - causes["contact"]
+        thrust = _generalized(model, data, body, data.qfrc_actuator)
+        causes["propulsion"] = none if thrust is None else thrust
+        other = data.qfrc_applied + data.qfrc_spring + data.qfrc_damper + data.qfrc_gravcomp
+        applied = _generalized(model, data, body, other)
+        causes["applied"] = none if applied is None else applied + _pushed(data, group, R, x)
+        result[model.body(body).name] = {name: causes[name] for name in CAUSES}
+    return result
+
+
+def _pushed(data: mujoco.MjData, group: Array, R: Array, x: Array) -> Array:
+    """Wrench (6) of the user's `xfrc_applied` on the bodies of a group, at x, body axes."""
+    total = np.zeros(6)
+    for part in group:
+        push, twist = data.xfrc_applied[part, :3], data.xfrc_applied[part, 3:]
+        arm = data.xipos[part] - x
+        total += np.concatenate([R.T @ push, R.T @ (twist + np.cross(arm, push))])
+    return total
+
+
+_WARNINGS = (
+    mujoco.mjtWarning.mjWARN_BADQPOS,
+    mujoco.mjtWarning.mjWARN_BADQVEL,
+    mujoco.mjtWarning.mjWARN_BADQACC,
+    mujoco.mjtWarning.mjWARN_BADCTRL,
+)
+
+
+def check_state(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Raise if the simulation has diverged or was fed something that is not a number.
+
+    Raises:
+        SimulationError: names the time, the body and its state.
+    """
+    for warning in _WARNINGS:
+        record = data.warning[warning]
+        if record.number == 0:
+            continue
+        index = record.lastinfo
+        if warning == mujoco.mjtWarning.mjWARN_BADCTRL:
+            name = model.actuator(index).name or f"number {index}"
+            raise SimulationError(
+                f"control of actuator {name!r} is {data.ctrl[index]} at t = {data.time:.4f} s, "
+                "allowed are finite numbers: check the controller that wrote it"
+            )
+        dof = min(index, model.nv - 1)
+        body = int(model.dof_bodyid[dof])
+        raise SimulationError(
+            f"the simulation diverged at t = {data.time:.4f} s: body {model.body(body).name!r} has "
+            f"position {np.round(data.xpos[body], 3)} m and velocity "
+            f"{np.round(data.qvel[model.body_dofadr[body] :][:6], 3)}, acceleration "
+            f"{data.qacc[dof]:.3g}; lower the time step (see marine-mj check-model) or the forces"
+        )
+    if not (np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all()):
+        raise SimulationError(
+            f"the state holds values that are not finite numbers at t = {data.time:.4f} s: "
+            f"qpos {data.qpos}, qvel {data.qvel}"
+        )
