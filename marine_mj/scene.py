@@ -114,16 +114,19 @@ def main_body(spec: mujoco.MjSpec, instance: str) -> Any:
 
 
 def body_settings(scenario: Scenario, spec: mujoco.MjSpec) -> dict[str, dict[str, Any]]:
-    """Settings of each vehicle's main body for `hydrodynamics.compile_spec`."""
+    """Settings of each hydrodynamic main body for `hydrodynamics.compile_spec`."""
+    wet = {body.name for body in hydrodynamics.read_coefficients(spec)}
+    bodies = {main_body(spec, instance).name: v for instance, v in scenario.vehicles.items()}
     return {
-        main_body(spec, instance).name: {
+        name: {
             "motion": vehicle.motion,
             "froude_krylov": vehicle.froude_krylov,
             "convective": vehicle.convective,
             "strips": vehicle.strips,
             "constant_buoyancy": vehicle.constant_buoyancy,
         }
-        for instance, vehicle in scenario.vehicles.items()
+        for name, vehicle in bodies.items()
+        if name in wet
     }
 
 

@@ -45,11 +45,12 @@ class BodyReader:
             ModelError: the body moves in another way.
         """
         first = model.body_jntadr[body]
-        kinds = list(model.jnt_type[first : first + model.body_jntnum[body]])
-        slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
-        if kinds not in ([mujoco.mjtJoint.mjJNT_FREE], [slide, slide, hinge]):
+        kinds = [int(k) for k in model.jnt_type[first : first + model.body_jntnum[body]]]
+        free = int(mujoco.mjtJoint.mjJNT_FREE)
+        slide, hinge = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE)
+        if kinds not in ([free], [slide, slide, hinge]):
             raise ModelError(
-                f"body {model.body(body).name!r} has joints of types {[int(k) for k in kinds]}: "
+                f"body {model.body(body).name!r} has joints of types {kinds}: "
                 "only a free joint or x, z, pitch (planar) can be read"
             )
         return cls(
