@@ -112,7 +112,7 @@ def array(name: str, value: ArrayLike, shape: tuple[int | str, ...], unit: str) 
     if not np.isfinite(result).all():
         bad = tuple(int(i) for i in np.argwhere(~np.isfinite(result))[0])
         raise SeaError(
-            f"{name}{list(bad)} is {result[bad]} {unit}, allowed are finite values: remove or fill it"
+            f"{name}{list(bad)} is {result[bad]} {unit}, allowed are finite values: fill it"
         )
     result.setflags(write=False)
     return result

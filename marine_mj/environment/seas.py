@@ -156,7 +156,7 @@ def _spectrum(
     if isinstance(spectrum, Spectrum):
         if H_s is not None or T_p is not None:
             raise SeaError(
-                f"H_s is {H_s} and T_p is {T_p} beside a {spectrum.name} spectrum, allowed is None: "
+                f"H_s is {H_s}, T_p is {T_p} beside a {spectrum.name} spectrum, allowed is None: "
                 "set them where the spectrum is made"
             )
         return spectrum
@@ -197,8 +197,8 @@ def _range(
         low, high = (float(f) for f in frequency_range)
         if not (0 <= low < high < np.inf):
             raise SeaError(
-                f"frequency_range is ({low:g}, {high:g}) rad/s, allowed is 0 <= low < high, finite: "
-                "give the lowest frequency first"
+                f"frequency_range is ({low:g}, {high:g}) rad/s, allowed is 0 <= low < high, "
+                "finite: give the lowest frequency first"
             )
         return low, high
     if sampling == "midpoint":

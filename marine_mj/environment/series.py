@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import lfilter
 
 from marine_mj.environment._checks import Seed, array, generator, number
 from marine_mj.errors import SeaError
@@ -81,4 +80,6 @@ def gauss_markov(
     q = np.exp(-interval / T)
     noise = generator(seed).standard_normal((count, len(std)))
     noise[1:] *= np.sqrt(1 - q**2)
+    from scipy.signal import lfilter  # here: importing it takes a second
+
     return std * lfilter([1.0], [1.0, -q], noise, axis=0)

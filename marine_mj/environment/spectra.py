@@ -141,7 +141,7 @@ def bretschneider(H_s: float, T_p: float) -> Spectrum:
     """Bretschneider (1959) = ITTC (1978) two-parameter spectrum, `4 sqrt(m0) = H_s`.
 
     `S = (5/16) H_s^2 omega_p^4 omega^-5 exp(-(5/4) (omega_p/omega)^4)`; in the ITTC form with the
-    mean period, T_p = T_1 / 0.7724 (`T_1` = 2 pi m0 / m1).
+    mean period, T_p = T_1 / 0.7718 (`T_1` = 2 pi m0 / m1).
 
     Args:
         H_s: significant wave height, m, >= 0.

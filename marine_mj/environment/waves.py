@@ -28,8 +28,8 @@ class WaveField(Frozen):
     water `exp(k z)`; velocity is its gradient.
 
     Above still water the linear theory says nothing; `stretching` chooses the height z' at which
-    depth functions are taken. Points out of the water or below the bed count as at the surface or
-    at the bed.
+    depth functions are taken. Whether a point is wet is not asked: compare z with `elevation`.
+    Points below the bed count as at the bed.
 
     - "constant": `z' = min(z, 0)`.
     - "wheeler": `z' = (z - zeta) / (1 + zeta / h)`, never above 0 (Wheeler 1970).

@@ -5,7 +5,6 @@ from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import lfilter
 
 from marine_mj.environment._checks import Frozen, Seed, array, generator, number, one_of
 from marine_mj.environment.series import interpolate, knots
@@ -240,6 +239,8 @@ def wandering_wind(
     noise[0] = 0.0  # both start at 0
     q = np.exp(-interval / T)
     step = interval if np.isinf(T) else 0.5 * T * (1 - q**2)
+    from scipy.signal import lfilter  # here: importing it takes a second
+
     wander = lfilter([1.0], [1.0, -q], noise * np.sqrt(np.multiply(power, step)), axis=0)
     since = np.maximum(np.arange(count) * interval - turn_start, 0.0)
     mean = direction + turn * (1 - np.exp(-since / turn_time))

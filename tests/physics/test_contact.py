@@ -1,0 +1,157 @@
+"""Contacts and constraints see the added mass."""
+
+import mujoco
+import numpy as np
+import pytest
+from conftest import numbers, one_body, random_added_mass, rigid_mass
+
+import marine_mj
+
+M_RB = rigid_mass(10.0, [0.02, 0.01, -0.05], [1.0, 2.0, 3.0])
+BALL = '<geom type="sphere" size="0.3" mass="0" solref="0.02 1" friction="0"/>'
+PLANE = '<geom type="plane" size="5 5 .1" pos="0 0 -11" friction="0"/>'
+
+
+@pytest.mark.parametrize("solver", ["Newton", "CG"])
+def test_contact_impulse_is_that_of_the_wet_mass(solver):
+    M_A = random_added_mass(3)
+    model = marine_mj.load_xml(
+        one_body(
+            added_mass=M_A,
+            extra=BALL,
+            world=PLANE,
+            gravity=0,
+            timestep=0.0005,
+            option=f'solver="{solver}" tolerance="1e-14" iterations="300"',
+        )
+    )
+    data = mujoco.MjData(model)
+    data.qpos[2] = -10.699  # about to touch
+    data.qvel[2] = -0.5
+    M = M_RB + M_A
+    impulse, worst, touched = np.zeros(6), 0.0, 0
+    for _ in range(600):
+        before = data.qvel.copy()
+        mujoco.mj_step(model, data)
+        if data.ncon == 0:
+            continue
+        touched += 1
+        # one step of the discrete equations: M (v+ - v) = h (constraint + velocity products)
+        smooth = data.qfrc_passive - data.qfrc_bias
+        gain = np.zeros(6)
+        mujoco.mj_mulM(model, data, gain, data.qvel - before)
+        worst = max(worst, np.abs(gain - 0.0005 * (data.qfrc_constraint + smooth)).max())
+        impulse += 0.0005 * data.qfrc_constraint
+    assert touched > 20
+    # measured 2e-14 (Newton), 1e-10 (CG)
+    assert worst < 1e-6
+    # all of the added mass is in M: its upper left block in world axes
+    dense = np.zeros((6, 6))
+    mujoco.mju_sparse2dense(dense, data.M, model.M_rownnz, model.M_rowadr, model.M_colind)
+    dense = np.tril(dense) + np.tril(dense, -1).T
+    R = data.xmat[1].reshape(3, 3)
+    T = np.block([[R.T, np.zeros((3, 3))], [np.zeros((3, 3)), np.eye(3)]])
+    np.testing.assert_allclose(dense, T.T @ M @ T, atol=1e-10)
+
+
+def test_impulse_of_a_central_impact():
+    """A sphere that stops on a wall takes (M_RB + M_A) dv, computed without the simulator's M."""
+    model = marine_mj.load_xml(
+        one_body(
+            added_mass=[7, 7, 7, 1, 1, 1],
+            center="0 0 0",
+            extra=BALL,
+            world=PLANE,
+            gravity=0,
+            timestep=0.001,
+        )
+    )
+    data = mujoco.MjData(model)
+    data.qpos[2], data.qvel[2] = -10.69, -0.5
+    impulse = 0.0
+    for _ in range(1000):
+        mujoco.mj_step(model, data)
+        impulse += 0.001 * data.qfrc_constraint[2]
+    # measured 3e-15 relative
+    assert impulse == pytest.approx(17.0 * (data.qvel[2] + 0.5), rel=1e-6)
+    assert data.qvel[2] > -1e-6
+
+
+def bounce(xml):
+    """(exit speed, deepest penetration) of a body that falls on the plane."""
+    model = marine_mj.load_xml(xml)
+    data = mujoco.MjData(model)
+    data.qpos[2], data.qvel[2] = -10.6, -1.0
+    deepest = 0.0
+    for _ in range(2000):
+        mujoco.mj_step(model, data)
+        if data.ncon:
+            deepest = min(deepest, data.contact[0].dist)
+    return data.qvel[2], deepest
+
+
+def test_bounce_equals_that_of_a_natively_heavier_body():
+    ball = BALL.replace("0.02 1", "0.02 0.3")
+    common = {"center": "0 0 0", "extra": ball, "world": PLANE, "gravity": 0, "timestep": 0.001}
+    wet = bounce(one_body(added_mass=[15, 15, 15, 3, 3, 3], mass=5, **common))
+    heavy = bounce(
+        one_body(added_mass=np.zeros(6), mass=20, inertia="4 5 6", **common)
+    )
+    # measured equal to 1e-13; exit speed 0.28 m/s: a real bounce
+    assert wet[0] > 0.1
+    np.testing.assert_allclose(wet, heavy, rtol=1e-9)
+
+
+def test_several_islands_keep_the_equations_of_motion():
+    """Two wet bodies in separate contacts: M qacc = smooth + constraint for both."""
+    bodies = "".join(
+        f"""<body name="{n}" pos="{x} 0 -10.69"><freejoint/>
+        <inertial pos="0.02 0.01 -0.05" mass="10" diaginertia="1 2 3"/>
+        <geom type="sphere" size="0.3" mass="0"/></body>"""
+        for n, x in (("b", 3), ("c", 6))
+    )
+    numerics = "".join(
+        f'<numeric name="{n}.added_mass_flu" data="{numbers(random_added_mass(i))}"/>'
+        for i, n in enumerate("bc")
+    )
+    model = marine_mj.load_xml(
+        one_body(
+            added_mass=random_added_mass(5),
+            numerics=numerics,
+            extra=BALL,
+            world=PLANE + bodies,
+            pos="0 0 -10.69",
+            timestep=0.001,
+            option='tolerance="1e-14" iterations="200"',
+        )
+    )
+    data = mujoco.MjData(model)
+    data.qvel[2] = data.qvel[8] = data.qvel[14] = -0.2
+    worst = 0.0
+    for _ in range(200):
+        mujoco.mj_step(model, data)
+        mujoco.mj_forward(model, data)
+        force = np.zeros(model.nv)
+        mujoco.mj_mulM(model, data, force, data.qacc)
+        worst = max(worst, np.abs(force - data.qfrc_smooth - data.qfrc_constraint).max())
+    assert data.ncon == 3
+    # measured 2e-7 N of some 1000 N: what the solver's convergence leaves
+    assert worst < 1e-5
+
+
+def test_weld_gives_way_like_that_of_a_natively_heavier_body():
+    tail = '<equality><weld name="w" body1="a"/></equality>'
+    poses = []
+    for xml in (
+        one_body(added_mass=[70, 70, 70, 7, 14, 21], center="0 0 0", tail=tail, gravity=0),
+        one_body(mass=80, inertia="8 16 24", center="0 0 0", tail=tail, gravity=0),
+    ):
+        model = marine_mj.load_xml(xml)
+        data = mujoco.MjData(model)
+        data.ctrl[0] = 100
+        mujoco.mj_step(model, data, 1000)
+        poses.append(data.qpos.copy())
+        assert data.qfrc_constraint[0] == pytest.approx(-100, rel=1e-6)
+    # measured equal to 1e-15; 100 N pull the weld 17 mm open
+    assert poses[0][0] > 1e-3
+    np.testing.assert_allclose(poses[0], poses[1], atol=1e-10)
