@@ -1,7 +1,7 @@
 """Control, guidance and allocation: arrays in, arrays out; no MuJoCo here."""
 
 from marine_mj.controllers.allocation import Allocator
-from marine_mj.controllers.docking import DockFrames, DockingPilot, LatchMonitor, PilotState
+from marine_mj.controllers.docking import DockFrames, DockingPilot, PilotState
 from marine_mj.controllers.kinematics import RigidState, pose_error, relative_velocity
 from marine_mj.controllers.latch import Latch, LatchState
 from marine_mj.controllers.pid import Limits, Pid, PidGains, PidState
@@ -18,7 +18,6 @@ __all__ = [
     "GuidanceState",
     "Hydrostatics",
     "Latch",
-    "LatchMonitor",
     "LatchState",
     "Limits",
     "Phase",

@@ -1,10 +1,9 @@
-"""The docking autopilot: guidance, pose control and latch logic in one vectorised object."""
+"""The docking autopilot: guidance and pose control in one vectorised object."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
-from marine_mj.controllers.kinematics import RigidState, pose_error, relative_velocity
-from marine_mj.controllers.latch import Latch, LatchState
+from marine_mj.controllers.kinematics import RigidState
 from marine_mj.controllers.pid import PidState
 from marine_mj.controllers.pose_pid import PosePid
 from marine_mj.controllers.waypoints import (
@@ -97,23 +96,3 @@ class DockingPilot:
         )
         off = (guidance.phase == Phase.LATCHED)[..., None]
         return np.where(off, 0.0, wrench), command, PilotState(guidance, control)
-
-
-@dataclass(frozen=True)
-class LatchMonitor:
-    """Watches vehicle and seat and says when the latch closes."""
-
-    latch: Latch
-    frames: DockFrames
-    period: float
-
-    def initial(self, shape: tuple[int, ...] = ()) -> LatchState:
-        """Open latch, for a leading shape."""
-        return self.latch.initial(shape)
-
-    def update(self, state: LatchState, vehicle: RigidState, carrier: RigidState) -> LatchState:
-        """Next state of the latch."""
-        _, seat = self.frames.states(carrier)
-        return self.latch.update(
-            state, pose_error(seat, vehicle), relative_velocity(vehicle, seat), self.period
-        )

@@ -15,7 +15,6 @@ from marine_mj.controllers import (
     DockingPilot,
     DockingPlan,
     Latch,
-    LatchMonitor,
     Limits,
     Phase,
     PosePid,
@@ -154,11 +153,16 @@ class DockingPhysics(MarinePhysics):
 
     def dock_states(self) -> tuple[RigidState, RigidState]:
         """States of the aperture frame and of the seat, NWU/FLU."""
-        return self.dock_frames.states(self.vehicle_state(self.carrier))
+        return self.remember(
+            "dock", lambda: self.dock_frames.states(self.vehicle_state(self.carrier))
+        )
 
     def dock_error(self) -> Array:
         """Seat pose minus vehicle pose (6,), in the vehicle's FLU axes, m and rad."""
-        return pose_error(self.dock_states()[1], self.vehicle_state(self.vehicle))
+        return self.remember(
+            "dock_error",
+            lambda: pose_error(self.dock_states()[1], self.vehicle_state(self.vehicle)),
+        ).copy()
 
     def aperture_pose(self) -> Array:
         """Vehicle pose (6,) in the aperture frame: position m, rotation vector rad, FLU."""
@@ -166,7 +170,10 @@ class DockingPhysics(MarinePhysics):
 
     def relative_velocity(self) -> Array:
         """Velocity (6,) of the vehicle relative to the seat, in the vehicle's FLU axes."""
-        return relative_velocity(self.vehicle_state(self.vehicle), self.dock_states()[1])
+        return self.remember(
+            "relative_velocity",
+            lambda: relative_velocity(self.vehicle_state(self.vehicle), self.dock_states()[1]),
+        ).copy()
 
     def relative_energy(self) -> float:
         """Kinetic energy of the relative motion with the dry mass, `0.5 dnu^T M_RB dnu` [J].
@@ -252,9 +259,7 @@ class Docking(MarineTask):
         controller = PosePid.from_name(settings.gains, limits, self.control_period, statics)
         guidance = DockingGuidance(settings.plan.plan())
         self._pilot = DockingPilot(controller, physics.dock_frames, self.control_period, guidance)
-        self._monitor = LatchMonitor(
-            settings.latch.latch(), physics.dock_frames, self.control_period
-        )
+        self._latch = settings.latch.latch()
 
     def initialize_episode(self, physics: DockingPhysics) -> None:
         """Place the vehicles, open the latch and forget the last episode."""
@@ -262,10 +267,10 @@ class Docking(MarineTask):
             self._prepare(physics)
         assert self._pilot is not None
         self._pilot_state = self._pilot.initial()
-        self._latch_state = self._monitor.initial()
+        self._latch_state = self._latch.initial()
         self._wrench, self._target = np.zeros(6), np.zeros(3)
         self._peak, self._capture, self._latch_time = 0.0, {}, np.inf
-        self._crashed, self._height = False, -np.inf
+        self._crashed, self._height, self._entries = False, -np.inf, 0
         self._start_time = 0.0
         if self.settings.random_start_time:
             self._start_time = self.random.uniform(0.0, _LATEST_START)
@@ -319,12 +324,15 @@ class Docking(MarineTask):
 
     def after_step(self, physics: DockingPhysics) -> None:
         """Watch contact, capture and latch."""
-        vehicle = physics.vehicle_state(physics.vehicle)
-        carrier = physics.vehicle_state(physics.carrier)
         self._peak = max(self._peak, physics.peak_contact_force())
         self._crashed |= physics.forbidden_contact()
         self._watch_aperture(physics)
-        self._latch_state = self._monitor.update(self._latch_state, vehicle, carrier)
+        self._latch_state = self._latch.update(
+            self._latch_state,
+            physics.dock_error(),
+            physics.relative_velocity(),
+            self.control_period,
+        )
         if self._latch_state.closed and not physics.latched():
             physics.close_latch()
             self._latch_time = physics.data.time
@@ -338,7 +346,10 @@ class Docking(MarineTask):
         # The closed loop arms the crossing at waypoint 2; an open policy has no waypoints.
         armed = not self.closed_loop or self._pilot_state.guidance.phase >= Phase.WAIT
         within = bool(np.all(np.abs(pose[:2]) <= plan.aperture))
-        if self._capture or not armed or not within or not (height < 0 <= pose[2]):
+        if not armed or not within or not (height < 0 <= pose[2]):
+            return
+        self._entries += 1
+        if self._capture:
             return
         error = frames.flip(pose)
         self._capture = {
@@ -419,7 +430,7 @@ class Docking(MarineTask):
             "latch_time": self._latch_time - self._start_time if latched else None,
             "peak_contact_force": self._peak,
             "forbidden_contact": self._crashed,
-            "attempts": int(self._pilot_state.guidance.attempts),
+            "attempts": self._entries,
             "controller": self.settings.controller if self.closed_loop else None,
             "gains": self.settings.gains if self.closed_loop else None,
         }

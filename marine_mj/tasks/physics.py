@@ -1,7 +1,9 @@
 """dm_control Physics of marine scenes: states of vehicles, actuation, contact forces."""
 
 import contextlib
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import mujoco
 import numpy as np
@@ -15,6 +17,8 @@ from marine_mj.controllers.kinematics import rotate, unrotate
 from marine_mj.errors import ModelError, SimulationError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics.wrenches import check_state
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -114,6 +118,8 @@ class MarinePhysics(dm_mujoco.Physics):
     def _reload_from_data(self, data: wrapper.MjData) -> None:
         """Set up names and addresses; called on construction, copy and unpickling."""
         self._readers: dict[int, BodyReader] = {}
+        self._memory: dict[str, Any] = {}
+        self._memory_key = b""
         self._peak_force = 0.0
         super()._reload_from_data(data)
         model = self.model.ptr
@@ -145,7 +151,18 @@ class MarinePhysics(dm_mujoco.Physics):
 
     def vehicle_state(self, instance: str) -> RigidState:
         """State of a vehicle's main body at its origin, NWU/FLU."""
-        return self.reader(instance).state(self.data.qpos, self.data.qvel)
+        return self.remember(
+            instance, lambda: self.reader(instance).state(self.data.qpos, self.data.qvel)
+        )
+
+    def remember(self, name: str, compute: Callable[[], T]) -> T:
+        """Result of `compute`, kept as long as positions and velocities do not change."""
+        key = self.data.qpos.tobytes() + self.data.qvel.tobytes()
+        if key != self._memory_key:
+            self._memory, self._memory_key = {}, key
+        if name not in self._memory:
+            self._memory[name] = compute()
+        return self._memory[name]
 
     def eta_ned(self, instance: str) -> Array:
         """Pose `eta` (6,) in NED, m and rad."""
