@@ -18,7 +18,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from marine_mj.errors import RenderError
-from marine_mj.water import BACKDROP, HIDDEN, SEABED, SHOWN, SUN, TOP, UNDER, WaterSurface, Waves
+from marine_mj.water import (
+    BACKDROP,
+    HIDDEN,
+    SEABED,
+    SHOWN,
+    SUN,
+    TOP,
+    UNDER,
+    WaterSurface,
+    Waves,
+    elevation,
+)
 
 Frame = NDArray[np.uint8]
 
@@ -178,7 +189,12 @@ class SceneRenderer:
             self._functions = importlib.import_module("OpenGL.GL")
             self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
         except Exception as error:
-            raise RenderError(gl_status().reason or str(error)) from error
+            status = gl_status()
+            reason = (
+                f"OpenGL works on this machine but not in this process ({error}): set MUJOCO_GL"
+                " before anything imports OpenGL"
+            )
+            raise RenderError(reason if status else status.reason) from error
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._scene = mujoco.MjvScene(model, maxgeom=2 * model.ngeom + 500)
         self._option, self._camera = mujoco.MjvOption(), mujoco.MjvCamera()
@@ -200,13 +216,6 @@ class SceneRenderer:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-    def elevation(self, x: NDArray, y: NDArray, time: float) -> NDArray:
-        """Elevation of the sea (...) in m, all components, at points (...)."""
-        field = self.waves
-        k, b = np.asarray(field.wavenumber), np.asarray(field.direction)
-        along = np.multiply.outer(x, k * np.cos(b)) + np.multiply.outer(y, k * np.sin(b))
-        return np.cos(along - field.omega * time + field.phase) @ np.asarray(field.amplitude)
 
     def render(
         self,
@@ -231,7 +240,7 @@ class SceneRenderer:
         self.water.update(time, pose.position if around is None else around)
         line = self._water_line(pose, time, size)
         if line is None:
-            surface = self.elevation(pose.position[0], pose.position[1], time)
+            surface = elevation(self.waves, pose.position[0], pose.position[1], time)
             return self._one_side(data, pose, size, bool(pose.position[2] < surface))
         above, below = (self._one_side(data, pose, size, under) for under in (False, True))
         rows = np.arange(size[1])[:, None] - line[None, :]
@@ -246,7 +255,7 @@ class SceneRenderer:
         half = np.tan(np.deg2rad(pose.fovy) / 2)
         across = np.linspace(-1, 1, 25) * half * size[0] / size[1]
         point = pose.position + self.port * (pose.forward + across[:, None] * pose.right)
-        above = point[:, 2] - self.elevation(point[:, 0], point[:, 1], time)
+        above = point[:, 2] - elevation(self.waves, point[:, 0], point[:, 1], time)
         rise = self.port * half * max(float(pose.up[2]), 0.05)
         if np.all(above > rise) or np.all(above < -rise):
             return None
@@ -317,9 +326,9 @@ class SceneRenderer:
         camera.elevation = np.rad2deg(np.arcsin(np.clip(pose.forward[2], -1, 1)))
         # The sheet and the sun moved after the caller's kinematics.
         model = self.model
-        for side in (TOP, UNDER):
-            geom = model.geom(side).id
-            data.geom_xpos[geom], data.geom_xmat[geom] = model.geom_pos[geom], np.eye(3).ravel()
+        for geom in self._sides[0] + self._sides[1]:
+            data.geom_xpos[geom] = model.geom_pos[geom]
+            data.geom_xmat[geom] = np.eye(3).ravel()
         data.light_xdir[self._sun] = model.light_dir[self._sun]
         everything = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(model, data, self._option, None, camera, everything, scene)

@@ -10,6 +10,7 @@ On a tensor grid exp(i (k_x x + k_y y)) = X(x) Y(y), so the sum over N component
 is one (n, N) by (N, n) matrix product, and moving the grid is only a phase.
 """
 
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import mujoco
@@ -40,8 +41,34 @@ class Waves(Protocol):
     phase: Any
 
 
+@dataclass(frozen=True)
+class Components:
+    """Plane waves (N,): rad/s, rad/m, rad (NWU), m, rad; what pictures keep of a wave field."""
+
+    omega: NDArray[np.float64]
+    wavenumber: NDArray[np.float64]
+    direction: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    phase: NDArray[np.float64]
+
+
+def components(waves: Waves) -> Components:
+    """The plane waves of a wave field."""
+    names = Components.__dataclass_fields__
+    return Components(*(np.array(getattr(waves, name), float).ravel() for name in names))
+
+
+def elevation(waves: Waves, x: ArrayLike, y: ArrayLike, time: float) -> NDArray[np.float64]:
+    """Elevation (...) in m of the sea at points (...), m, NWU: every component, no grid."""
+    k, b = np.asarray(waves.wavenumber, float), np.asarray(waves.direction, float)
+    along = np.multiply.outer(x, k * np.cos(b)) + np.multiply.outer(y, k * np.sin(b))
+    return np.cos(along - np.asarray(waves.omega) * time + waves.phase) @ np.asarray(
+        waves.amplitude
+    )
+
+
 #: Cells grow by the first factor up to MIDDLE m from the centre, by the second beyond.
-GROWTH, MIDDLE = (1.08, 1.4), 60.0
+GROWTH, MIDDLE = (1.12, 1.6), 60.0
 
 
 def sheet_axis(spacing: float, core: float, radius: float) -> NDArray[np.float64]:
@@ -72,8 +99,8 @@ def add_scenery(
     *,
     size: tuple[int, int] = (960, 540),
     seabed_depth: float = 10.0,
-    spacing: float = 0.45,
-    core: float = 13.0,
+    spacing: float = 0.5,
+    core: float = 11.0,
     radius: float = 2500.0,
     palette: Palette | None = None,
 ) -> None:
@@ -293,6 +320,7 @@ class WaterSurface:
             if np.abs(offset).max() > self.core / 3:
                 self.center = self.center + np.round(offset / self.spacing) * self.spacing
                 self._shader.move(self.center)
+                self._move_bottom()
         self.time = time
         angle = self._k.T @ self.center - self._omega * time + self._phase
         strength = self._amplitude * np.exp(1j * angle)
@@ -308,6 +336,13 @@ class WaterSurface:
             normals = self._mesh(name, "normal")
             normals[:, :2] = sign * normal * up[:, None]
             normals[:, 2] = sign * up
+
+    def _move_bottom(self) -> None:
+        """Keep seabed and backdrop below the sheet; the seabed by whole tiles of its texture."""
+        model = self.model
+        tile = 1 / model.mat_texrepeat[model.geom_matid[model.geom(SEABED).id]]
+        model.geom_pos[model.geom(SEABED).id, :2] = np.round(self.center / tile) * tile
+        model.geom_pos[model.geom(BACKDROP).id, :2] = self.center
 
     def _sum(self, strength: NDArray) -> Float:
         """Re sum_n X_in s_n Y_jn (n_texel, n_texel)."""
