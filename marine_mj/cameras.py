@@ -87,9 +87,7 @@ def camera_poses(
     if camera in fixed:
         return _fixed_poses(model, data, states, fixed[camera])
     if camera not in CAMERAS:
-        raise RenderError(
-            f"camera is '{camera}', available are {', '.join([*CAMERAS, *fixed])}"
-        )
+        raise RenderError(f"camera is '{camera}', available are {', '.join([*CAMERAS, *fixed])}")
     bodies = moving_bodies(model)
     if not bodies:
         raise RenderError(f"camera '{camera}' follows a vehicle, the scene has none")
@@ -160,7 +158,9 @@ def _unit(vectors: Array) -> Array:
 def _turned(heading: Array, angle_deg: float) -> Array:
     """Headings (n, 2) turned counter-clockwise (to port)."""
     c, s = np.cos(np.deg2rad(angle_deg)), np.sin(np.deg2rad(angle_deg))
-    return np.stack([c * heading[:, 0] - s * heading[:, 1], s * heading[:, 0] + c * heading[:, 1]], 1)
+    return np.stack(
+        [c * heading[:, 0] - s * heading[:, 1], s * heading[:, 0] + c * heading[:, 1]], 1
+    )
 
 
 def _sea_level(waves: Waves, position: Array, states: States) -> Array:
@@ -206,5 +206,5 @@ def _watch(
         target = middle * [1, 1, 0.35]
         return [look_at(p, t, 55.0) for p, t in zip(position, target, strict=True)]
     position[:, 2] = smooth(np.minimum(position[:, 2], level - CLEARANCE), states, 0.3)
-    target = middle + [0, 0, 0.25]
+    target = middle + np.array([0, 0, 0.25])
     return [look_at(p, t, 50.0) for p, t in zip(position, target, strict=True)]

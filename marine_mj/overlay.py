@@ -74,7 +74,7 @@ def log_overlay(data: Any, waves: Components) -> Overlay:
         result = [f"t = {now:5.1f} s", sea]
         if error is not None and error.ndim == 2:
             distance = np.linalg.norm(error[i, : min(3, error.shape[1])])
-            result.append(f"distance to dock  {distance:5.2f} m")
+            result.append(f"way to dock {distance:5.2f} m")
         if latched is not None and latched[i] > 0.5:
             result.append("latched")
         elif phase is not None:

@@ -17,7 +17,7 @@ from marine_mj.overlay import phase_label, phase_names
 COLORS = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")
 #: Contact below this is not worth an event, N.
 TOUCH = 1.0
-_STYLE = {"linewidth": 1.3}
+_STYLE: dict[str, Any] = {"linewidth": 1.3}
 
 
 @dataclass(frozen=True)
@@ -134,8 +134,10 @@ def _time(data: Any) -> NDArray[np.float64]:
 def _magnitude(values: Any) -> NDArray[np.float64]:
     """Absolute value (n,) of a scalar or vector series."""
     values = np.asarray(values, float)
-    return np.abs(values) if values.ndim == 1 else np.linalg.norm(
-        values.reshape(len(values), -1), axis=1
+    return (
+        np.abs(values)
+        if values.ndim == 1
+        else np.linalg.norm(values.reshape(len(values), -1), axis=1)
     )
 
 
@@ -234,7 +236,7 @@ _AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 def _dock_error(axis: Axes, data: Any) -> None:
     _components(axis, data, "dock_error", _AXES)
     axis.set_ylabel("error (m)")
-    axis.set_title("Error in the dock frame")
+    axis.set_title("Way to the dock")
 
 
 def _relative_velocity(axis: Axes, data: Any) -> None:
@@ -285,9 +287,8 @@ def _finish(axis: Axes, data: Any, marked: list[Event], first: bool) -> None:
     axis.grid(True, color="0.92", linewidth=0.7)
     axis.set_axisbelow(True)
     axis.tick_params(labelsize=7.5)
-    axis.xaxis.label.set_size(8)
-    axis.yaxis.label.set_size(8)
-    axis.title.set_size(9)
+    axis.xaxis.label.set_fontsize(8)
+    axis.yaxis.label.set_fontsize(8)
     axis.set_title(axis.get_title(), loc="left", fontsize=9)
     axis.set_title("", loc="center")
     legend = axis.get_legend()

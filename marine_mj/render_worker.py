@@ -1,4 +1,4 @@
-"""A rendering process of `marine_mj.video`: frames of a job, as raw bytes on standard output."""
+"""A rendering process of `marine_mj.render_jobs`: raw frames on standard output."""
 
 import os
 import pickle
@@ -10,7 +10,7 @@ def main(file: str, worker: int, workers: int) -> None:
     # Whatever a driver prints must not end up in the pictures.
     output = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    from marine_mj.video import JobRenderer
+    from marine_mj.render_jobs import JobRenderer
 
     with open(file, "rb") as stream:
         job = pickle.load(stream)

@@ -347,4 +347,3 @@ class SceneRenderer:
         factor = np.clip(0.94 + 0.42 * up, 0.45, 1.0) - np.clip(-0.01 * pose.position[2], 0, 0.2)
         scale = (factor * 256).astype(np.uint16)[:, None, None]
         return ((picture * scale) >> 8).astype(np.uint8)
-

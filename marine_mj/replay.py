@@ -63,11 +63,11 @@ def interpolate(model: mujoco.MjModel, states: States, times: ArrayLike) -> Stat
             f"the log has {states.qpos.shape[1]} positions (qpos), the model {model.nq}: it was"
             " recorded with another scene"
         )
-    times = np.clip(np.asarray(times, float), states.time[0], states.time[-1])
-    before = np.clip(np.searchsorted(states.time, times, side="right") - 1, 0, len(states) - 1)
+    wanted = np.clip(np.asarray(times, float), states.time[0], states.time[-1])
+    before = np.clip(np.searchsorted(states.time, wanted, side="right") - 1, 0, len(states) - 1)
     after = np.minimum(before + 1, len(states) - 1)
     span = np.where(after > before, states.time[after] - states.time[before], 1.0)
-    weight = ((times - states.time[before]) / span)[:, None]
+    weight = ((wanted - states.time[before]) / span)[:, None]
     qpos = states.qpos[before] * (1 - weight) + states.qpos[after] * weight
     for joint in range(model.njnt):
         kind, start = model.jnt_type[joint], int(model.jnt_qposadr[joint])
@@ -78,7 +78,7 @@ def interpolate(model: mujoco.MjModel, states: States, times: ArrayLike) -> Stat
         part = slice(start, start + 4)
         qpos[:, part] = slerp(states.qpos[before, part], states.qpos[after, part], weight[:, 0])
     act = states.act[before] * (1 - weight) + states.act[after] * weight
-    return States(times, qpos, act, states.eq_active[before])
+    return States(wanted, qpos, act, states.eq_active[before])
 
 
 def slerp(a: ArrayLike, b: ArrayLike, weight: ArrayLike) -> Array:

@@ -34,11 +34,16 @@ SHOWN, HIDDEN = 0, 5
 class Waves(Protocol):
     """What the sheet reads of `marine_mj.environment.WaveField` (docs/architecture.md)."""
 
-    omega: Any
-    wavenumber: Any
-    direction: Any
-    amplitude: Any
-    phase: Any
+    @property
+    def omega(self) -> Any: ...
+    @property
+    def wavenumber(self) -> Any: ...
+    @property
+    def direction(self) -> Any: ...
+    @property
+    def amplitude(self) -> Any: ...
+    @property
+    def phase(self) -> Any: ...
 
 
 @dataclass(frozen=True)
@@ -123,9 +128,7 @@ def add_scenery(
     _set_visual(spec, size, palette)
     axis = sheet_axis(spacing, core, radius)
     texels, index = texel_axis(axis, core)
-    spec.add_numeric(
-        name=SHEET, data=[spacing, core, radius, *palette_numbers(palette)]
-    )
+    spec.add_numeric(name=SHEET, data=[spacing, core, radius, *palette_numbers(palette)])
     n_texel = len(texels)
     for name, flip in ((TOP, False), (UNDER, True)):
         color = palette.underside if flip else palette.deep
@@ -357,7 +360,11 @@ class WaterSurface:
         inside = np.abs(self.axis) <= self.core
         n = len(self.axis)
         vertices = self._mesh(TOP, "vert").reshape(n, n, 3)[inside][:, inside].astype(float)
-        return vertices[..., 0] + self.center[0], vertices[..., 1] + self.center[1], vertices[..., 2]
+        return (
+            vertices[..., 0] + self.center[0],
+            vertices[..., 1] + self.center[1],
+            vertices[..., 2],
+        )
 
     def shade(self, name: str, camera: ArrayLike) -> int:
         """Colour the side `name` as seen from `camera` (3,) NWU, m.

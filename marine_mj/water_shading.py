@@ -22,7 +22,7 @@ TILE, RIPPLE = 7.0, 0.085
 HAZE = 420.0
 
 
-def ramp(value: NDArray, start: float, stop: float) -> NDArray:
+def ramp(value: Float, start: float, stop: float) -> Float:
     """0 below `start`, 1 above `stop`, linear between."""
     return np.clip((value - start) * (1.0 / (stop - start)), 0, 1)
 
