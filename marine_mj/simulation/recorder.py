@@ -113,6 +113,6 @@ class Recorder:
 
 def versions() -> dict[str, str]:
     """Versions of what decides the numbers of a run."""
-    packages = ("mujoco", "dm-control", "numpy", "numba", "scipy")
+    packages = ("mujoco", "dm_control", "numba", "numpy")
     found = {name: importlib.metadata.version(name) for name in packages}
-    return {"marine-mj": __version__, "python": platform.python_version(), **found}
+    return {"marine_mj": __version__, **found, "python": platform.python_version()}

@@ -12,7 +12,7 @@ from marine_mj.errors import SimulationError
 from marine_mj.frames import Array
 from marine_mj.scenario import Scenario
 from marine_mj.simulation.log import Log
-from marine_mj.simulation.recorder import Recorder
+from marine_mj.simulation.recorder import Recorder, versions
 from marine_mj.tasks import build_environment
 from marine_mj.weather import environment_of
 
@@ -48,7 +48,6 @@ def run(
     recorder = Recorder(scenario, environment, environment_of(scenario).waves)
     stride = round(scenario.log_period / scenario.control_period)
     physics, task = environment.physics, environment.task
-    stepping = clock.perf_counter()
 
     def summary(error: SimulationError | None = None) -> dict[str, Any]:
         now = clock.perf_counter()
@@ -59,8 +58,9 @@ def run(
                 **task.summary(physics),
                 "simulated_time": simulated,
                 "wall_time": now - started,
-                "real_time_factor": simulated / max(now - stepping, 1e-9),
+                "real_time_factor": simulated / max(now - started, 1e-9),
                 "error": None if error is None else str(error),
+                "versions": versions(),
             }
         )
 

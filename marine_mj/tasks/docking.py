@@ -29,6 +29,7 @@ from marine_mj.scene import compile_scene
 from marine_mj.settings import Settings
 from marine_mj.tasks.base import MarineTask, Signal, from_unit, symmetric_spec
 from marine_mj.tasks.physics import MarinePhysics
+from marine_mj.weather import significant_height
 
 SUITE = containers.TaggedTasks()
 
@@ -37,6 +38,10 @@ NotNegative = Annotated[float, Field(ge=0)]
 
 #: Reward falls to 10 % this far outside: distance m, angle rad, speed m/s.
 _MARGINS = (3.0, 0.5, 1.0)
+#: Pose errors at capture, in the aperture frame FRD, m and rad.
+CAPTURE_ERRORS = tuple(
+    f"{axis}_error" for axis in ("surge", "sway", "heave", "roll", "pitch", "yaw")
+)
 #: Latest start on the wave record in episodes with a random start, s.
 _LATEST_START = 600.0
 
@@ -351,16 +356,12 @@ class Docking(MarineTask):
         self._entries += 1
         if self._capture:
             return
-        error = frames.flip(pose)
+        error = dict(zip(CAPTURE_ERRORS, frames.flip(pose), strict=True))
         self._capture = {
             "time": physics.data.time - self._start_time,
-            "surge": error[0],
-            "sway": error[1],
-            "roll_deg": np.rad2deg(error[3]),
-            "pitch_deg": np.rad2deg(error[4]),
-            "yaw_deg": np.rad2deg(error[5]),
+            **error,
             "relative_speed": float(np.linalg.norm(physics.relative_velocity()[:3])),
-            "relative_energy": physics.relative_energy(),
+            "relative_kinetic_energy": physics.relative_energy(),
         }
 
     def _plan(self) -> DockingPlan:
@@ -420,13 +421,14 @@ class Docking(MarineTask):
 
     def summary(self, physics: DockingPhysics) -> dict[str, Any]:
         """Whether and how the vehicle docked."""
-        entered = self._capture if self._capture else None
+        capture = self._capture or None
         latched = physics.latched()
+        height, period = significant_height(self.scenario.sea)
         return {
             "docked": latched,
-            "sea_state": self.scenario.sea.sea_state,
-            "capture": entered,
-            "capture_time": entered["time"] if entered else None,
+            "sea_state": {"H_s": height, "T_p": period, "number": self.scenario.sea.sea_state},
+            "capture": capture,
+            "capture_time": capture["time"] if capture else None,
             "latch_time": self._latch_time - self._start_time if latched else None,
             "peak_contact_force": self._peak,
             "forbidden_contact": self._crashed,
