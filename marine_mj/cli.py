@@ -218,7 +218,8 @@ def _progress() -> Iterator[Callable[[str, float, float], None]]:
         TextColumn("ETA"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=errors, transient=True) as bar:
+    quiet = not errors.is_terminal
+    with Progress(*columns, console=errors, transient=True, disable=quiet) as bar:
         parts: dict[str, Any] = {}
 
         def report(part: str, done: float, total: float) -> None:
