@@ -156,7 +156,9 @@ def _load(name: str) -> mujoco.MjSpec:
             texture.file = str(_asset(path, spec.texturedir, texture.file))
     for text in spec.texts:
         if text.name.endswith(".wave_database"):
-            text.data = str(_asset(path, spec.meshdir or "assets", text.data))
+            # A name that is not a file of the vehicle is one of the package's assets.
+            own = _asset(path, spec.meshdir or "assets", text.data)
+            text.data = str(own) if own.is_file() else text.data
     return spec
 
 
