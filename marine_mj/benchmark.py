@@ -14,7 +14,7 @@ from mujoco import batch
 
 from marine_mj import scene
 from marine_mj.environment import Environment, irregular_sea
-from marine_mj.hydrodynamics import load
+from marine_mj.hydrodynamics import load, place_prescribed_bodies
 from marine_mj.library import find_model
 from marine_mj.scenario import Scenario
 
@@ -112,7 +112,7 @@ def _docking_scene() -> list[Row]:
     """AUV with strips, USV, cradle, 100 components: on the approach and pressed into the seat."""
     rows = []
     for motion in ("dynamic", "rao"):
-        settings = Scenario.load("docking_demo").with_changes({"vehicles.usv.motion": motion})
+        settings = Scenario.load("docking_demo").with_values({"vehicles.usv.motion": motion})
         model = scene.compile_scene(settings).model
         approach, contact = np.inf, np.inf
         contacts = 0
@@ -132,6 +132,7 @@ def _docking_scene() -> list[Row]:
 def _seated(model: mujoco.MjModel) -> mujoco.MjData:
     """The AUV pushed up into the cradle by its own thrusters."""
     data = mujoco.MjData(model)
+    place_prescribed_bodies(model, data)
     mujoco.mj_forward(model, data)
     joint = model.joint("auv/free")
     seat = data.site("usv/dock/seat").xpos
