@@ -69,6 +69,16 @@ def table_of(model: mujoco.MjModel) -> Array:
     return model.numeric_data[place]
 
 
+def records(table: Array) -> list[Array]:
+    """Views of the body records in a packed table, in its order."""
+    place, found = int(table[t_.H_FIRST_BODY]), []
+    for _ in range(int(table[t_.H_BODIES])):
+        size = int(table[place + t_.B_SIZE])
+        found.append(table[place : place + size])
+        place += size
+    return found
+
+
 def report(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     """Raw report (bodies, REPORT_SIZE) of the kernel for the state in `data` (mj_forward first)."""
     table = table_of(model)

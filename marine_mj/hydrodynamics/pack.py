@@ -12,7 +12,7 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array, rotation_from_quaternion
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients
-from marine_mj.hydrodynamics.raos import responses
+from marine_mj.hydrodynamics.raos import radiation, responses
 
 Motion = Literal["free", "dynamic", "rao"]
 #: Headings for which the exciting forces of a floating body are tabulated.
@@ -275,8 +275,7 @@ def _record(
     p[t_.B_CB : t_.B_CB + 3] = body.center_of_buoyancy
     p[t_.B_FROUDE_KRYLOV] = settings.froude_krylov
     p[t_.B_CONVECTIVE] = settings.convective
-    # force RAOs already hold what the orbital motion does to the hull
-    p[t_.B_ORBITAL] = motion == "free"
+    p[t_.B_SEAKEEPING] = motion == "dynamic"
     quadratic = body.quadratic_damping
     half_height = body.submergence_height
     if body.strips is not None and settings.strips:
@@ -293,8 +292,12 @@ def _record(
     elif body.quadratic_damping_lumped is not None:
         quadratic = body.quadratic_damping_lumped
     p[t_.B_HALF_HEIGHT] = 0.0 if settings.constant_buoyancy else half_height
-    p[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36] = body.added_mass.ravel()
-    p[t_.B_LINEAR : t_.B_LINEAR + 36] = body.linear_damping.ravel()
+    added_mass, linear = body.added_mass, body.linear_damping
+    if motion == "dynamic" and len(environment.waves.omega):
+        added_mass, linear = radiation(str(body.wave_database), environment.waves)
+        linear = linear + body.viscous_damping
+    p[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36] = added_mass.ravel()
+    p[t_.B_LINEAR : t_.B_LINEAR + 36] = linear.ravel()
     p[t_.B_QUADRATIC : t_.B_QUADRATIC + 36] = quadratic.ravel()
     elements = _elements(model, table, body, index, environment, motion)
     p[t_.B_ELEMENTS] = len(elements)
