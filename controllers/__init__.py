@@ -1,1 +1,34 @@
 """Control, guidance and allocation: arrays in, arrays out; no MuJoCo here."""
+
+from marine_mj.controllers.allocation import Allocator
+from marine_mj.controllers.docking import DockFrames, DockingPilot, PilotState
+from marine_mj.controllers.kinematics import RigidState, pose_error, relative_velocity
+from marine_mj.controllers.latch import Latch, LatchState
+from marine_mj.controllers.pid import Limits, Pid, PidGains, PidState
+from marine_mj.controllers.pose_pid import GAINS, Hydrostatics, PosePid, gain_set, limits_from_frd
+from marine_mj.controllers.waypoints import DockingGuidance, DockingPlan, GuidanceState, Phase
+
+__all__ = [
+    "GAINS",
+    "Allocator",
+    "DockFrames",
+    "DockingGuidance",
+    "DockingPilot",
+    "DockingPlan",
+    "GuidanceState",
+    "Hydrostatics",
+    "Latch",
+    "LatchState",
+    "Limits",
+    "Phase",
+    "Pid",
+    "PidGains",
+    "PidState",
+    "PilotState",
+    "PosePid",
+    "RigidState",
+    "gain_set",
+    "limits_from_frd",
+    "pose_error",
+    "relative_velocity",
+]

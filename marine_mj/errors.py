@@ -1,5 +1,7 @@
 """Errors that marine_mj raises: each names the thing, its value, what is allowed and the fix."""
 
+from typing import Any
+
 
 class MarineMjError(Exception):
     """Base of every error that marine_mj raises on purpose."""
@@ -18,7 +20,13 @@ class SeaError(MarineMjError):
 
 
 class SimulationError(MarineMjError):
-    """A running simulation left the range where its numbers mean anything."""
+    """A running simulation left the range where its numbers mean anything.
+
+    Attributes:
+        log: what was recorded until then (`simulation.Log`), None outside `simulation.run`.
+    """
+
+    log: Any = None
 
 
 class LogError(MarineMjError):

@@ -44,13 +44,19 @@ def skew(vector: ArrayLike) -> Array:
 
 def rotation_from_quaternion(quaternion: ArrayLike) -> Array:
     """Rotation matrix (..., 3, 3), body to world, of unit quaternions (..., 4) wxyz."""
-    w, x, y, z = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    quaternion = np.asarray(quaternion, dtype=float)
+    w, x, y, z = (quaternion[..., i] for i in range(4))
+    rotation = np.empty((*quaternion.shape[:-1], 3, 3))
+    rotation[..., 0, 0] = 1 - 2 * (y * y + z * z)
+    rotation[..., 0, 1] = 2 * (x * y - w * z)
+    rotation[..., 0, 2] = 2 * (x * z + w * y)
+    rotation[..., 1, 0] = 2 * (x * y + w * z)
+    rotation[..., 1, 1] = 1 - 2 * (x * x + z * z)
+    rotation[..., 1, 2] = 2 * (y * z - w * x)
+    rotation[..., 2, 0] = 2 * (x * z - w * y)
+    rotation[..., 2, 1] = 2 * (y * z + w * x)
+    rotation[..., 2, 2] = 1 - 2 * (x * x + y * y)
+    return rotation
 
 
 def quaternion_from_euler(euler: ArrayLike) -> Array:
@@ -122,17 +128,15 @@ def rotation_vector(quaternion: ArrayLike) -> Array:
 
 def quaternion_multiply(a: ArrayLike, b: ArrayLike) -> Array:
     """Hamilton product (..., 4) wxyz of `a` and `b`."""
-    aw, ax, ay, az = np.moveaxis(np.asarray(a, dtype=float), -1, 0)
-    bw, bx, by, bz = np.moveaxis(np.asarray(b, dtype=float), -1, 0)
-    return np.stack(
-        [
-            aw * bw - ax * bx - ay * by - az * bz,
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-        ],
-        axis=-1,
-    )
+    a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    aw, ax, ay, az = (a[..., i] for i in range(4))
+    bw, bx, by, bz = (b[..., i] for i in range(4))
+    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    product[..., 0] = aw * bw - ax * bx - ay * by - az * bz
+    product[..., 1] = aw * bx + ax * bw + ay * bz - az * by
+    product[..., 2] = aw * by - ax * bz + ay * bw + az * bx
+    product[..., 3] = aw * bz + ax * by - ay * bx + az * bw
+    return product
 
 
 def quaternion_conjugate(quaternion: ArrayLike) -> Array:

@@ -2,6 +2,7 @@
 
 import difflib
 from pathlib import Path
+from xml.etree import ElementTree
 
 import marine_mj.models
 from marine_mj.errors import ModelError
@@ -46,3 +47,14 @@ def find_model(name: str) -> Path:
         f"unknown vehicle {name!r}; {hint}there are {', '.join(names)}, any other needs the path "
         "of its folder or MJCF file"
     )
+
+
+def is_dock(xml: Path) -> bool:
+    """Whether an MJCF file has no free joint: docks are attached to a vehicle."""
+    try:
+        tree = ElementTree.parse(xml)
+    except ElementTree.ParseError:
+        return False
+    if tree.find(".//freejoint") is not None:
+        return False
+    return all(joint.get("type") != "free" for joint in tree.iter("joint"))

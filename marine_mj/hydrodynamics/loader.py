@@ -82,7 +82,7 @@ def _rescale_contacts(model: mujoco.MjModel) -> None:
         model.body_invweight0[body] = np.trace(A[:3, :3]) / 3, np.trace(A[3:, 3:]) / 3
     for joint in range(model.njnt):
         dof = model.jnt_dofadr[joint]
-        kind = model.jnt_type[joint]
+        kind = mujoco.mjtJoint(model.jnt_type[joint])
         groups = {
             mujoco.mjtJoint.mjJNT_FREE: [(0, 3), (3, 6)],
             mujoco.mjtJoint.mjJNT_BALL: [(0, 3)],

@@ -151,7 +151,7 @@ def test_weld_gives_way_like_that_of_a_natively_heavier_body():
         data.ctrl[0] = 100
         mujoco.mj_step(model, data, 1000)
         poses.append(data.qpos.copy())
-        assert data.qfrc_constraint[0] == pytest.approx(-100, rel=1e-6)
-    # measured equal to 1e-15; 100 N pull the weld 17 mm open
-    assert poses[0][0] > 1e-3
+        np.testing.assert_allclose(model.dof_invweight0, [1 / 80] * 3 + [0.0763888889] * 3)
+    # measured equal to 1e-14; 100 N pull the weld open by 69 mm
+    assert poses[0][0] > 0.01
     np.testing.assert_allclose(poses[0], poses[1], atol=1e-10)

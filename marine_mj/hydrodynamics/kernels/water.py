@@ -16,8 +16,7 @@ from marine_mj.hydrodynamics.kernels.memory import advance, scratch
 #: Reassociation lets the sums vectorise; NaN and infinity keep their meaning.
 FAST = {"reassoc", "contract", "nsz", "arcp"}
 
-N = t_.MAX_WAVES
-_WORK = 8 * t_.MAX_WAVES
+_WAVES = t_.MAX_WAVES
 #: Values per point: velocity, acceleration (world).
 POINT = 6
 
@@ -204,6 +203,42 @@ def _stretched(table, x, y, z, time):
     return z
 
 
+# Short loops with few arrays each: the compiler vectorises a loop only where it can check that its
+# arrays do not overlap.
+
+
+@njit(fastmath=FAST)
+def _turn(n, k, bx, by, dx, dy, cosine, sine):
+    """Turn of the phase of every component over the step (dx, dy)."""
+    for i in range(n):
+        s, c = sin_cos(k[i] * (bx[i] * dx + by[i] * dy))
+        cosine[i] = c
+        sine[i] = s
+
+
+@njit(fastmath=FAST)
+def _growth(n, k, dz, factor):
+    """exp(k dz) of every component."""
+    for i in range(n):
+        factor[i] = exponential(k[i] * dz)
+
+
+@njit(fastmath=FAST)
+def _rotate(n, turn_c, turn_s, cosine, sine):
+    """Phase of every component turned by one step."""
+    for i in range(n):
+        c = cosine[i] * turn_c[i] - sine[i] * turn_s[i]
+        sine[i] = sine[i] * turn_c[i] + cosine[i] * turn_s[i]
+        cosine[i] = c
+
+
+@njit(fastmath=FAST)
+def _multiply(n, factor, values):
+    """values *= factor."""
+    for i in range(n):
+        values[i] *= factor[i]
+
+
 @njit(fastmath=FAST)
 def water_row(table, first, step, count, time, convective, out):
     """Water velocity and acceleration at a row of points.
@@ -214,7 +249,9 @@ def water_row(table, first, step, count, time, convective, out):
         count: number of points.
         out: (count, 6): velocity [m/s] and material (or local) acceleration [m/s2], world.
     """
-    work = scratch(_WORK)
+    # one allocation per array: the compiler then knows that they do not overlap
+    cosine, sine = scratch(_WAVES), scratch(_WAVES)
+    rising, falling = scratch(_WAVES), scratch(_WAVES)
     small = scratch(16)
     gradient = small
     velocity, rate, shear = advance(small, 5), advance(small, 8), advance(small, 11)
@@ -229,25 +266,19 @@ def water_row(table, first, step, count, time, convective, out):
             z = first[2] + j * step[2]
             _add_current(table, z, time, convective, point, gradient, velocity, rate, shear)
         return
-    cosine, sine = work, advance(work, N)
-    rising, falling = advance(work, 2 * N), advance(work, 3 * N)
     mode = table[t_.E_STRETCHING]
     top = max(first[2], first[2] + (count - 1) * step[2])
     straight = mode == 0.0 or (mode == 1.0 and top <= 0.0)
     if straight and count > 1:
-        turn_c, turn_s = advance(work, 4 * N), advance(work, 5 * N)
-        rise, fall = advance(work, 6 * N), advance(work, 7 * N)
+        turn_c, turn_s = scratch(_WAVES), scratch(_WAVES)
+        rise, fall = scratch(_WAVES), scratch(_WAVES)
         row = advance(table, int(table[t_.E_WAVE_DATA]))
         k = advance(row, t_.W_K * n)
         bx = advance(row, t_.W_BX * n)
         by = advance(row, t_.W_BY * n)
-        for i in range(n):
-            s, c = sin_cos(k[i] * (bx[i] * step[0] + by[i] * step[1]))
-            e = exponential(k[i] * step[2])
-            turn_c[i] = c
-            turn_s[i] = s
-            rise[i] = e
-            fall[i] = 1.0 / e
+        _turn(n, k, bx, by, step[0], step[1], turn_c, turn_s)
+        _growth(n, k, step[2], rise)
+        _growth(n, k, -step[2], fall)
         phasors(table, first[0], first[1], time, cosine, sine)
         _depth_factors(table, first[2], rising, falling)
         for j in range(count):
@@ -255,12 +286,9 @@ def water_row(table, first, step, count, time, convective, out):
             _sum(table, cosine, sine, rising, falling, convective, point, gradient)
             z = first[2] + j * step[2]
             _add_current(table, z, time, convective, point, gradient, velocity, rate, shear)
-            for i in range(n):
-                c = cosine[i] * turn_c[i] - sine[i] * turn_s[i]
-                sine[i] = sine[i] * turn_c[i] + cosine[i] * turn_s[i]
-                cosine[i] = c
-                rising[i] *= rise[i]
-                falling[i] *= fall[i]
+            _rotate(n, turn_c, turn_s, cosine, sine)
+            _multiply(n, rise, rising)
+            _multiply(n, fall, falling)
         return
     for j in range(count):
         point = advance(out, POINT * j)

@@ -1,0 +1,114 @@
+"""States of rigid bodies and frames fixed to them, for any leading shape.
+
+World NWU (z up), body FLU, quaternions wxyz body -> world, as everywhere inside marine_mj.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from marine_mj import frames
+from marine_mj.frames import Array
+
+
+def rotate(rotation: Array, vector: Array) -> Array:
+    """Vectors (..., 3) turned by rotation matrices (..., 3, 3)."""
+    return np.squeeze(rotation @ np.asarray(vector, dtype=float)[..., None], -1)
+
+
+def unrotate(rotation: Array, vector: Array) -> Array:
+    """Vectors (..., 3) turned by the transposed rotation matrices (..., 3, 3)."""
+    return np.squeeze(np.swapaxes(rotation, -1, -2) @ np.asarray(vector)[..., None], -1)
+
+
+@dataclass(frozen=True)
+class RigidState:
+    """Pose and velocity of a body or of a frame fixed to one.
+
+    Attributes:
+        position: (..., 3) world position of the origin, NWU, m.
+        quaternion: (..., 4) attitude, body to world, wxyz.
+        velocity: (..., 6) `nu` = [linear; angular] of the frame at its origin, FLU, m/s, rad/s.
+    """
+
+    position: Array
+    quaternion: Array
+    velocity: Array
+
+    @cached_property
+    def rotation(self) -> Array:
+        """Rotation matrix (..., 3, 3), body to world."""
+        return frames.rotation_from_quaternion(self.quaternion)
+
+    @cached_property
+    def linear_velocity(self) -> Array:
+        """Velocity (..., 3) of the origin in world axes NWU, m/s."""
+        return rotate(self.rotation, self.velocity[..., :3])
+
+    @cached_property
+    def heading(self) -> Array:
+        """Direction (...,) of the x axis in the horizontal plane, rad, counter-clockwise (NWU)."""
+        return np.arctan2(self.rotation[..., 1, 0], self.rotation[..., 0, 0])
+
+    def attached(
+        self, offset: Array | Sequence[float], quaternion: Array | Sequence[float] | None = None
+    ) -> "RigidState":
+        """State of a frame fixed to this body.
+
+        Args:
+            offset: (3,) or (..., 3) origin of the frame in this body's FLU axes, m.
+            quaternion: (4,) attitude of the frame relative to this body, wxyz; default: parallel.
+        """
+        offset = np.asarray(offset, dtype=float)
+        v, w = self.velocity[..., :3], self.velocity[..., 3:]
+        v = v + _cross(w, offset)
+        attitude = self.quaternion
+        if quaternion is not None:
+            relative = frames.rotation_from_quaternion(quaternion)
+            attitude = frames.quaternion_multiply(attitude, quaternion)
+            v, w = unrotate(relative, v), unrotate(relative, w)
+        return RigidState(
+            position=self.position + rotate(self.rotation, offset),
+            quaternion=attitude,
+            velocity=np.concatenate([v, w], axis=-1),
+        )
+
+
+def pose_error(target: RigidState, body: RigidState) -> Array:
+    """Pose error (..., 6) of `body`: target minus body, in the body's FLU axes (m, rad).
+
+    The attitude part is the rotation vector of `conj(q_body) * q_target` (shortest way).
+    """
+    position = unrotate(body.rotation, target.position - body.position)
+    relative = frames.quaternion_multiply(
+        frames.quaternion_conjugate(body.quaternion), target.quaternion
+    )
+    return np.concatenate([position, frames.rotation_vector(relative)], axis=-1)
+
+
+def relative_velocity(body: RigidState, reference: RigidState) -> Array:
+    """Velocity (..., 6) of `body` minus that of `reference`, both in the body's FLU axes."""
+    linear = unrotate(body.rotation, body.linear_velocity - reference.linear_velocity)
+    turning = rotate(reference.rotation, reference.velocity[..., 3:])
+    angular = body.velocity[..., 3:] - unrotate(body.rotation, turning)
+    return np.concatenate([linear, angular], axis=-1)
+
+
+def heading_quaternion(heading: Array) -> Array:
+    """Attitude (..., 4) wxyz of a level body with that heading [rad], NWU."""
+    half = 0.5 * np.asarray(heading, dtype=float)
+    zero = np.zeros_like(half)
+    return np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1)
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Cross product (..., 3); faster than numpy.cross on single vectors."""
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    product[..., 0] = ay * bz - az * by
+    product[..., 1] = az * bx - ax * bz
+    product[..., 2] = ax * by - ay * bx
+    return product

@@ -1,0 +1,240 @@
+"""Waypoints from the approach to the seat of a dock under a moving carrier (digest 6.5-6.8).
+
+Everything is in NWU/FLU; depths are positive numbers below the still water line. All states have
+a leading shape `(...,)`, so one guidance object steers any number of simulations.
+"""
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+from marine_mj.controllers.kinematics import RigidState, heading_quaternion, rotate, unrotate
+
+from marine_mj.errors import ScenarioError
+from marine_mj.frames import Array
+
+
+class Phase(IntEnum):
+    """Where the vehicle is in the docking manoeuvre."""
+
+    APPROACH = 0  # to waypoint 1, behind the dock and deep
+    UNDER = 1  # to waypoint 2, under the carrier
+    WAIT = 2  # to waypoint 3, below the aperture, moving with it
+    ENTER = 3  # through the aperture
+    CONTACT = 4  # pushed against the seat
+    LATCHED = 5
+
+
+@dataclass(frozen=True)
+class DockingPlan:
+    """Distances and limits of the manoeuvre; defaults are table 7.10 of the reference.
+
+    Attributes:
+        approach_distance: waypoint 1 behind the dock along the carrier's heading, m.
+        approach_depth: depth of waypoint 1, m.
+        under_depth: waypoint 2 below the carrier's origin, m.
+        wait_depth: waypoint 3 below the aperture, m.
+        overshoot: goal beyond the aperture plane, m.
+        acceptance: distance at which a waypoint counts as reached, m.
+        wait_speed: enter only below this relative speed, abort above it, m/s (inf: never wait).
+        aperture: (2,) half length and half width within which a crossing is an entry, m.
+        missed_depth: an entered vehicle this far below the aperture again has missed, m.
+        push: upward force while in contact, N.
+        contact_scale: (6,) factor on the pose error while in contact; 0 lets an axis go.
+        seat_speed: how fast the target moves from the aperture to the seat, m/s.
+    """
+
+    approach_distance: float = 1.0
+    approach_depth: float = 4.0
+    under_depth: float = 2.0
+    wait_depth: float = 1.0
+    overshoot: float = 0.05
+    acceptance: float = 0.3
+    wait_speed: float = np.inf
+    aperture: tuple[float, float] = (0.5, 0.4)
+    missed_depth: float = 0.3
+    push: float = 20.0
+    contact_scale: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+    seat_speed: float = 0.15
+
+    def __post_init__(self) -> None:
+        """Raise ScenarioError for a distance or speed that is not positive."""
+        for name in ("acceptance", "wait_speed", "missed_depth", "seat_speed"):
+            if not getattr(self, name) > 0:
+                raise ScenarioError(f"docking plan: {name} must be > 0, got {getattr(self, name)}")
+        if len(self.contact_scale) != 6:
+            raise ScenarioError(
+                f"docking plan: contact_scale needs 6 factors, got {self.contact_scale}"
+            )
+
+
+@dataclass(frozen=True)
+class GuidanceState:
+    """Memory of the guidance.
+
+    Attributes:
+        phase: (...,) int, see `Phase`.
+        height: (...,) height of the vehicle above the aperture plane at the last update, m.
+        progress: (...,) how far the target has moved from the aperture to the seat, 0 to 1.
+        attempts: (...,) int, entries so far.
+    """
+
+    phase: Array
+    height: Array
+    progress: Array
+    attempts: Array
+
+
+@dataclass(frozen=True)
+class GuidanceCommand:
+    """What the controller has to do now.
+
+    Attributes:
+        target: state to reach, NWU/FLU.
+        scale: (..., 6) factor on the pose error per axis.
+        push: (..., 3) extra force, NWU, N.
+        entered: (...,) bool, the aperture plane was crossed from below at this update.
+    """
+
+    target: RigidState
+    scale: Array
+    push: Array
+    entered: Array
+
+
+@dataclass(frozen=True)
+class DockingGuidance:
+    """Target-state guidance through the waypoints of `plan`."""
+
+    plan: DockingPlan = field(default_factory=DockingPlan)
+
+    def initial(self, shape: tuple[int, ...] = ()) -> GuidanceState:
+        """State at the start of the approach, for a leading shape."""
+        return GuidanceState(
+            phase=np.full(shape, int(Phase.APPROACH)),
+            height=np.full(shape, -np.inf),
+            progress=np.zeros(shape),
+            attempts=np.zeros(shape, dtype=int),
+        )
+
+    def update(
+        self,
+        state: GuidanceState,
+        vehicle: RigidState,
+        carrier: RigidState,
+        aperture: RigidState,
+        seat: RigidState,
+        latched: Array,
+        period: float,
+    ) -> tuple[GuidanceCommand, GuidanceState]:
+        """Command for the controller and the next state.
+
+        Args:
+            state: state after the previous update.
+            vehicle: state of the vehicle that docks.
+            carrier: state of the body that carries the dock.
+            aperture: state of the goal frame in the aperture plane, z towards the seat.
+            seat: state that the vehicle has when docked.
+            latched: (...,) bool.
+            period: time since the previous update, s.
+        """
+        plan = self.plan
+        inside = unrotate(aperture.rotation, vehicle.position - aperture.position)
+        height = inside[..., 2]
+        targets = self._targets(state, carrier, aperture, seat)
+        distance = np.stack(
+            [np.linalg.norm(t.position - vehicle.position, axis=-1) for t in targets], axis=-1
+        )
+        speed = np.linalg.norm(vehicle.linear_velocity - carrier.linear_velocity, axis=-1)
+
+        phase = state.phase
+        reached = np.take_along_axis(distance, np.minimum(phase, 3)[..., None], -1)[..., 0]
+        reached = reached < plan.acceptance
+        advance = reached & (phase < Phase.WAIT)
+        advance |= reached & (phase == Phase.WAIT) & (speed < plan.wait_speed)
+        abort = (phase == Phase.ENTER) & (speed > plan.wait_speed)
+        # The entry counts once waypoint 2 has been reached (digest 6.5).
+        within = np.all(np.abs(inside[..., :2]) <= np.asarray(plan.aperture), axis=-1)
+        armed = (phase == Phase.WAIT) | (phase == Phase.ENTER)
+        entered = armed & within & (state.height < 0) & (height >= 0)
+        missed = (phase == Phase.CONTACT) & (height < -plan.missed_depth)
+
+        next_phase = np.where(advance, phase + 1, phase)
+        next_phase = np.where(abort | missed, int(Phase.WAIT), next_phase)
+        next_phase = np.where(entered, int(Phase.CONTACT), next_phase)
+        next_phase = np.where(latched, int(Phase.LATCHED), next_phase)
+
+        travel = np.linalg.norm(seat.position - aperture.position, axis=-1)
+        step = plan.seat_speed * period / np.maximum(travel, 1e-9)
+        in_contact = next_phase >= Phase.CONTACT
+        progress = np.where(in_contact, np.minimum(state.progress + step, 1.0), 0.0)
+        following = GuidanceState(next_phase, height, progress, state.attempts + entered)
+        return self._command(following, entered, targets), following
+
+    def _targets(
+        self, state: GuidanceState, carrier: RigidState, aperture: RigidState, seat: RigidState
+    ) -> list[RigidState]:
+        """Targets of the phases APPROACH, UNDER, WAIT, ENTER and CONTACT, in this order."""
+        plan = self.plan
+        level = heading_quaternion(carrier.heading)
+        still = np.zeros_like(carrier.velocity)
+        # Waypoints 1 and 2 lie under the point of the carrier above the aperture.
+        offset = unrotate(carrier.rotation, aperture.position - carrier.position)
+        above = carrier.position + rotate(carrier.rotation, offset * np.array([1.0, 1.0, 0.0]))
+        back = np.stack([-np.cos(carrier.heading), -np.sin(carrier.heading)], axis=-1)
+        behind = np.concatenate(
+            [
+                above[..., :2] + plan.approach_distance * back,
+                np.full((*above.shape[:-1], 1), -plan.approach_depth),
+            ],
+            axis=-1,
+        )
+        under = above - np.array([0.0, 0.0, plan.under_depth])
+        wait = aperture.position - np.array([0.0, 0.0, plan.wait_depth])
+        wait_twist = np.concatenate(
+            [
+                unrotate(_level_rotation(carrier.heading), aperture.linear_velocity),
+                np.zeros_like(wait),
+            ],
+            axis=-1,
+        )
+        share = np.asarray(state.progress)[..., None]
+        seated = RigidState(
+            aperture.position + share * (seat.position - aperture.position),
+            seat.quaternion,
+            seat.velocity,
+        )
+        return [
+            RigidState(behind, level, still),
+            RigidState(under, level, still),
+            RigidState(wait, level, wait_twist),
+            aperture.attached([0.0, 0.0, plan.overshoot]),
+            seated,
+        ]
+
+    def _command(
+        self, state: GuidanceState, entered: Array, targets: list[RigidState]
+    ) -> GuidanceCommand:
+        """Command of the phase each simulation is in."""
+        index = np.minimum(state.phase, len(targets) - 1)
+
+        def pick(name: str) -> Array:
+            values = np.stack([getattr(t, name) for t in targets], axis=-2)
+            return np.take_along_axis(values, index[..., None, None], axis=-2)[..., 0, :]
+
+        contact = (state.phase == Phase.CONTACT)[..., None]
+        up = np.array([0.0, 0.0, self.plan.push])
+        return GuidanceCommand(
+            target=RigidState(pick("position"), pick("quaternion"), pick("velocity")),
+            scale=np.where(contact, np.asarray(self.plan.contact_scale), 1.0),
+            push=np.where(contact, up, 0.0),
+            entered=entered,
+        )
+
+
+def _level_rotation(heading: Array) -> Array:
+    """Rotation matrix (..., 3, 3) about the vertical."""
+    c, s = np.cos(heading), np.sin(heading)
+    zero, one = np.zeros_like(c), np.ones_like(c)
+    rows = [[c, -s, zero], [s, c, zero], [zero, zero, one]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

@@ -1,0 +1,291 @@
+"""The command `marine-mj`. Heavy imports stay inside the commands, so that help is quick."""
+
+import contextlib
+import dataclasses
+import json
+import sys
+import tomllib
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+
+from marine_mj.errors import MarineMjError, ScenarioError, SimulationError
+
+app = typer.Typer(
+    help="Marine vehicle simulation on MuJoCo.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+console = Console()
+errors = Console(stderr=True)
+
+
+@app.command("run")
+def run_command(
+    scenario: Annotated[str, typer.Argument(help="TOML file or name of a packaged scenario.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder.")] = Path("results"),
+    seed: Annotated[int | None, typer.Option(help="Instead of the scenario's seed.")] = None,
+    values: Annotated[
+        list[str] | None, typer.Option("--set", help="KEY=VALUE, such as sea.sea_state=3.")
+    ] = None,
+) -> None:
+    """Run a scenario; writes FOLDER/NAME/log.nc and summary.json."""
+    from marine_mj.demo import write_json
+    from marine_mj.scenario import Scenario
+    from marine_mj.simulation import run
+
+    chosen = Scenario.load(scenario).with_values(_changes(values or []))
+    if seed is not None:
+        chosen = chosen.with_values({"seed": seed})
+    folder = output / chosen.name
+    try:
+        with _progress() as report:
+            log = run(chosen, progress=lambda time, end: report("simulating", time, end))
+    except SimulationError as error:
+        if error.log is not None:
+            file = error.log.save(folder / "log.nc")
+            errors.print(f"the log until then is in {file}")
+        raise
+    log.save(folder / "log.nc")
+    write_json(folder / "summary.json", log.summary)
+    _show(log.summary)
+    console.print(f"wrote {folder / 'log.nc'} and {folder / 'summary.json'}")
+
+
+@app.command("video")
+def video_command(
+    log: Annotated[Path, typer.Argument(help="log.nc of a run.")],
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="MP4 file.")] = None,
+    camera: Annotated[
+        list[str] | None, typer.Option(help="Camera; a second one becomes an inset.")
+    ] = None,
+    start: Annotated[float | None, typer.Option(help="First second of the run.")] = None,
+    stop: Annotated[float | None, typer.Option(help="Last second of the run.")] = None,
+    speed: Annotated[float, typer.Option(help="Seconds of the run per second of video.")] = 1.0,
+) -> None:
+    """Make a video of a log."""
+    from marine_mj.demo import video
+    from marine_mj.simulation import Log
+
+    options: dict[str, Any] = {"start": start, "stop": stop, "speed": speed}
+    if camera:
+        options["camera"] = tuple(camera)
+    loaded = Log.load(log)
+    with _progress() as report:
+        file = video(
+            loaded,
+            output or log.with_name("video.mp4"),
+            lambda done, total: report("video", done, total),
+            **options,
+        )
+    console.print(f"wrote {file}")
+
+
+@app.command("plot")
+def plot_command(
+    log: Annotated[Path, typer.Argument(help="log.nc of a run.")],
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Picture file.")] = None,
+) -> None:
+    """Plot poses, errors and forces of a log."""
+    from marine_mj.demo import plot
+    from marine_mj.simulation import Log
+
+    console.print(f"wrote {plot(Log.load(log), output or log.with_name('plot.png'))}")
+
+
+@app.command("list")
+def list_command() -> None:
+    """List vehicles, docks, scenarios and tasks."""
+    from marine_mj.library import find_model, is_dock, model_names
+    from marine_mj.scenario import Scenario, packaged_scenarios
+    from marine_mj.suite import TASKS_BY_DOMAIN
+
+    paths = {name: find_model(name) for name in model_names()}
+    docks = {name for name, path in paths.items() if is_dock(path)}
+    table = Table("kind", "name", "about", box=None, pad_edge=False)
+    for kind, names in (("vehicle", set(paths) - docks), ("dock", docks)):
+        for name in sorted(names):
+            table.add_row(kind, name, str(paths[name].parent))
+    for name, path in packaged_scenarios().items():
+        table.add_row("scenario", name, Scenario.load(path).description)
+    for domain, tasks in TASKS_BY_DOMAIN.items():
+        for task in tasks:
+            table.add_row("task", f"{domain} {task}", "marine_mj.suite.load(domain, task)")
+    console.print(table)
+
+
+@app.command("check-model")
+def check_model_command(
+    model: Annotated[str, typer.Argument(help="Name or path of a vehicle.")],
+) -> None:
+    """Check a vehicle: mass, trim, stability, natural periods, added mass, time step."""
+    from marine_mj.hydrodynamics import check_model
+
+    _rows(check_model(model))
+
+
+@app.command("bench")
+def bench_command(
+    file: Annotated[Path | None, typer.Option("--json", help="Write the rows here.")] = None,
+) -> None:
+    """Measure speed against its bars."""
+    from marine_mj import benchmark
+    from marine_mj.demo import write_json
+
+    rows = [_dictionary(row) for row in benchmark.run()]
+    if file is not None:
+        write_json(file, rows)
+    _rows(rows)
+
+
+@app.command("new-vehicle")
+def new_vehicle_command(
+    name: Annotated[str, typer.Argument(help="Name of the vehicle and of its folder.")],
+    folder: Annotated[Path, typer.Option(help="Where the folder is made.")] = Path("models"),
+    mass: Annotated[float | None, typer.Option(help="kg")] = None,
+    inertia: Annotated[str | None, typer.Option(help="'Ix Iy Iz', kg m2")] = None,
+    buoyancy: Annotated[float | None, typer.Option(help="Submerged, N")] = None,
+    added_mass: Annotated[str | None, typer.Option(help="6 values, FRD, positive")] = None,
+    linear_damping: Annotated[str | None, typer.Option(help="6 values, FRD, positive")] = None,
+    quadratic_damping: Annotated[str | None, typer.Option(help="6 values, FRD, positive")] = None,
+) -> None:
+    """Make the folder of a new vehicle from the template."""
+    from marine_mj.new_vehicle import new_vehicle
+
+    given = {
+        "added_mass_frd": added_mass,
+        "linear_damping_frd": linear_damping,
+        "quadratic_damping_frd": quadratic_damping,
+    }
+    made = new_vehicle(
+        name,
+        folder,
+        mass=mass,
+        inertia=None if inertia is None else _numbers("--inertia", inertia),
+        buoyancy=buoyancy,
+        coefficients={
+            key: _numbers(f"--{key[:-4].replace('_', '-')}", text)
+            for key, text in given.items()
+            if text is not None
+        },
+    )
+    console.print(f"made {made}; next: marine-mj check-model {made}")
+
+
+@app.command("demo")
+def demo_command(
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder.")] = Path("results/demo"),
+    seed: Annotated[int | None, typer.Option(help="Instead of the scenario's seed.")] = None,
+) -> None:
+    """Dock an AUV to a USV in waves: log, plot, summary and video."""
+    from marine_mj.demo import run_demo
+    from marine_mj.scenario import Scenario
+
+    scenario = Scenario.load("docking_demo")
+    if seed is not None:
+        scenario = scenario.with_values({"seed": seed})
+    with _progress() as report:
+        summary = run_demo(output, scenario, report)
+    _show(summary)
+    if summary["video"] is None:
+        console.print(f"no video: {summary['video_reason']}", soft_wrap=True, markup=False)
+    console.print(f"wrote {output}")
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Entry point: one clear message and exit code 1 for every error raised on purpose."""
+    try:
+        app(arguments, standalone_mode=True)
+    except MarineMjError as error:
+        errors.print(f"error: {error}", style="red", markup=False, soft_wrap=True, highlight=False)
+        sys.exit(1)
+
+
+@contextlib.contextmanager
+def _progress() -> Iterator[Callable[[str, float, float], None]]:
+    """A function that shows how much of a part is done, with the time that remains."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f}%"),
+        TimeElapsedColumn(),
+        TextColumn("ETA"),
+        TimeRemainingColumn(),
+    )
+    quiet = not errors.is_terminal
+    with Progress(*columns, console=errors, transient=True, disable=quiet) as bar:
+        parts: dict[str, Any] = {}
+
+        def report(part: str, done: float, total: float) -> None:
+            if part not in parts:
+                parts[part] = bar.add_task(part, total=total)
+            bar.update(parts[part], completed=done, total=total)
+
+        yield report
+
+
+def _changes(pairs: list[str]) -> dict[str, Any]:
+    """Values by dotted key of KEY=VALUE texts; values as in TOML, else plain text."""
+    changes = {}
+    for pair in pairs:
+        key, separator, text = pair.partition("=")
+        if not separator or not key:
+            raise ScenarioError(f"--set {pair!r} is not KEY=VALUE, such as sea.sea_state=3")
+        try:
+            changes[key.strip()] = tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError:
+            changes[key.strip()] = text
+    return changes
+
+
+def _numbers(option: str, text: str) -> list[float]:
+    """Numbers of a text, separated by blanks or commas."""
+    try:
+        return [float(part) for part in text.replace(",", " ").split()]
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is not a list of numbers", param_hint=option) from None
+
+
+def _dictionary(row: Any) -> dict[str, Any]:
+    """A row as a dictionary."""
+    return dataclasses.asdict(row) if dataclasses.is_dataclass(row) else dict(row)  # type: ignore[arg-type]
+
+
+def _rows(rows: Sequence[Any]) -> None:
+    """Print rows as a table; exit with 1 if one of them is not ok."""
+    listed = [_dictionary(row) for row in rows]
+    table = Table(*(listed[0] if listed else ()), box=None, pad_edge=False)
+    marks = {True: "[green]pass[/]", False: "[red]FAIL[/]", None: ""}
+    for row in listed:
+        cells = [marks[v] if k == "ok" else _cell(v) for k, v in row.items()]
+        table.add_row(*cells, end_section=False)
+    console.print(table)
+    failed = sum(row.get("ok") is False for row in listed)
+    if failed:
+        errors.print(f"{failed} of {len(listed)} rows failed", style="red")
+        raise typer.Exit(1)
+
+
+def _cell(value: Any) -> str:
+    """Text of one value."""
+    if value is None:
+        return ""
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _show(summary: dict[str, Any]) -> None:
+    """Print a summary."""
+    for key, value in summary.items():
+        if key != "versions" and value is not None:
+            text = json.dumps(value) if isinstance(value, dict) else _cell(value)
+            console.print(f"{key:>20}  {text}", highlight=False, markup=False, soft_wrap=True)
+
+
+if __name__ == "__main__":
+    main()

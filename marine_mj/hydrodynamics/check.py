@@ -1,0 +1,163 @@
+"""Is this vehicle plausible? Numbers a naval architect looks at first, each with pass or fail."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from marine_mj.errors import ModelError
+from marine_mj.frames import Array, euler_from_quaternion, flip_quaternion
+from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
+from marine_mj.hydrodynamics.loader import load
+from marine_mj.hydrodynamics.pack import BodySettings
+from marine_mj.hydrodynamics.stability import largest_timestep, rigid_inertia
+from marine_mj.library import find_model
+
+WATER_DENSITY, GRAVITY = 1025.0, 9.81
+_DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+
+@dataclass(frozen=True)
+class Check:
+    """One line of the report: a quantity, its value, what is allowed; `ok` None: for information."""
+
+    quantity: str
+    value: float
+    unit: str
+    allowed: str
+    ok: bool | None
+
+
+def _subtree(model: mujoco.MjModel, body: int) -> tuple[float, Array, Array]:
+    """Mass, CG and rigid inertia (6, 6) about the body origin of a body with all it carries."""
+    inside = [b for b in range(model.nbody) if _carried(model, b, body)]
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    R0, x0 = data.xmat[body].reshape(3, 3), data.xpos[body]
+    mass, moment, total = 0.0, np.zeros(3), np.zeros((6, 6))
+    for part in inside:
+        R = R0.T @ data.xmat[part].reshape(3, 3)
+        r = R0.T @ (data.xpos[part] - x0)
+        shift = np.eye(6)
+        shift[:3, 3:] = -np.array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]])
+        T = np.block([[R.T, np.zeros((3, 3))], [np.zeros((3, 3)), R.T]]) @ shift
+        total += T.T @ rigid_inertia(model, part) @ T
+        mass += float(model.body_mass[part])
+        moment += model.body_mass[part] * (r + R @ model.body_ipos[part])
+    return mass, moment / max(mass, 1e-300), total
+
+
+def _carried(model: mujoco.MjModel, body: int, ancestor: int) -> bool:
+    """Whether `body` hangs below `ancestor`."""
+    while body > ancestor:
+        body = int(model.body_parentid[body])
+    return body == ancestor
+
+
+def _submerged(body: BodyCoefficients, mass: float, center: Array, M: Array) -> Iterator[Check]:
+    """Buoyancy, trim and pendulum periods of a submerged body."""
+    lift = body.buoyancy or body.displaced_volume * WATER_DENSITY * GRAVITY
+    weight = mass * GRAVITY
+    net = lift - weight
+    yield Check("weight", weight, "N", "", None)
+    yield Check("buoyancy", lift, "N", "", None)
+    small = abs(net) < 0.1 * weight
+    yield Check("net buoyancy / weight", 100 * net / weight, "%", "-10 to 10", small)
+    arm = body.center_of_buoyancy * lift - center * weight  # r_b B - r_g W
+    height = arm[2] / weight
+    yield Check("BG, buoyancy above gravity", height, "m", "> 0", bool(height > 0))
+    if height <= 0:
+        return
+    for name, along in (("pitch", -arm[0]), ("roll", arm[1])):
+        trim = np.degrees(np.arctan2(along, arm[2]))
+        yield Check(f"static trim, {name}", trim, "deg", "-15 to 15", bool(abs(trim) < 15))
+    for axis in (3, 4):
+        period = 2 * np.pi * np.sqrt(M[axis, axis] / arm[2])
+        yield Check(f"natural period, {_DOFS[axis]}", period, "s", "", None)
+
+
+def _floating(body: BodyCoefficients, mass: float, M: Array) -> Iterator[Check]:
+    """Metacentric heights and natural periods of a floating body."""
+    G = np.asarray(body.restoring)
+    weight = mass * GRAVITY
+    yield Check("weight", weight, "N", "", None)
+    if G[2, 2] > 0:
+        area = G[2, 2] / (WATER_DENSITY * GRAVITY)
+        yield Check("waterplane area", area, "m2", "> 0", True)
+    for name, axis in (("GM_T", 3), ("GM_L", 4)):
+        height = G[axis, axis] / weight
+        yield Check(name, height, "m", "> 0", bool(height > 0))
+    for axis in (2, 3, 4):
+        if G[axis, axis] > 0:
+            period = 2 * np.pi * np.sqrt(M[axis, axis] / G[axis, axis])
+            yield Check(f"natural period, {_DOFS[axis]}", period, "s", "", None)
+
+
+def _rest(model: mujoco.MjModel, body: str, seconds: float = 30.0) -> Iterator[Check]:
+    """Still water, no control: the body may rise, sink and swing, but must not run away."""
+    data = mujoco.MjData(model)
+    index = model.body(body).id
+    if model.jnt_type[model.body_jntadr[index]] == mujoco.mjtJoint.mjJNT_FREE:
+        joint = model.body_jntadr[index]
+        height = model.jnt_qposadr[joint] + 2
+        if data.qpos[height] == 0:
+            data.qpos[height] = model.qpos0[height]
+    mujoco.mj_step(model, data, round(seconds / model.opt.timestep))
+    finite = bool(np.isfinite(data.qvel).all() and np.abs(data.qvel).max() < 10)
+    yield Check(
+        f"speed after {seconds:g} s without control",
+        float(np.linalg.norm(data.cvel[index, 3:])),
+        "m/s",
+        "< 10",
+        finite,
+    )
+    phi, theta, _ = np.degrees(euler_from_quaternion(flip_quaternion(data.xquat[index])))
+    yield Check("roll there", float(phi), "deg", "", None)
+    yield Check("pitch there", float(theta), "deg", "", None)
+
+
+def check_model(name: str) -> list[Check]:
+    """Report on a vehicle: mass against displacement, trim, stability, periods, M_A, time step.
+
+    Args:
+        name: vehicle of the package, or path of a vehicle's folder or MJCF file.
+
+    Raises:
+        ModelError: there is no such vehicle, or its coefficients are refused.
+    """
+    bodies = read_coefficients(mujoco.MjSpec.from_file(str(find_model(name))))
+    if not bodies:
+        raise ModelError(
+            f"{name!r} has no hydrodynamic coefficients, so there is nothing to check; add "
+            '<custom><numeric name="BODY.added_mass_frd" .../> and the others of '
+            "docs/architecture.md"
+        )
+    model = load(name)
+    rows: list[Check] = []
+    for body in bodies:
+        index = model.body(body.name).id
+        mass, center, rigid = _subtree(model, index)
+        M = rigid + body.added_mass
+        rows.append(Check(f"{body.name}: mass", mass, "kg", "> 0", mass > 0))
+        eigenvalues = np.linalg.eigvalsh(body.added_mass)
+        lowest = float(eigenvalues[0])
+        rows.append(
+            Check("smallest eigenvalue of M_A", lowest, "kg, kg m2", ">= 0", lowest >= -1e-9)
+        )
+        rows.append(Check("largest eigenvalue of M_A", float(eigenvalues[-1]), "kg", "", None))
+        for axis in range(6):
+            if rigid[axis, axis] > 0:
+                ratio = body.added_mass[axis, axis] / rigid[axis, axis]
+                rows.append(Check(f"M_A / M_RB, {_DOFS[axis]}", float(ratio), "-", "", None))
+        if body.restoring is not None:
+            rows += _floating(body, mass, M)
+        elif body.displaced_volume or body.buoyancy:
+            rows += _submerged(body, mass, center, M)
+        bound = largest_timestep(model, body, BodySettings())
+        step = model.opt.timestep
+        rows.append(
+            Check("largest stable time step", bound, "s", f">= {step:g}", bool(bound >= step))
+        )
+        rows += _rest(model, body.name)
+    return rows

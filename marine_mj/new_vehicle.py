@@ -1,0 +1,88 @@
+"""A new vehicle folder from the packaged template."""
+
+import re
+import shutil
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+
+from marine_mj.errors import ModelError
+
+_TEMPLATE = "_template"
+#: Sizes a coefficient may have: diagonal, upper triangle, full.
+_SIZES = (6, 21, 36)
+
+
+def new_vehicle(
+    name: str,
+    folder: str | Path = "models",
+    *,
+    mass: float | None = None,
+    inertia: Sequence[float] | None = None,
+    buoyancy: float | None = None,
+    coefficients: dict[str, Sequence[float]] | None = None,
+) -> Path:
+    """Folder of a new vehicle, copied from the template with names and numbers filled in.
+
+    Args:
+        name: of the vehicle: letters, digits and _.
+        folder: in which the vehicle's folder is made.
+        mass: kg.
+        inertia: (3,) about the centre of gravity, kg m2.
+        buoyancy: weight of the displaced water, N.
+        coefficients: values of `hull.<key>` numerics, such as `added_mass_frd`.
+
+    Raises:
+        ModelError: the name is not allowed, the folder exists, or numbers have the wrong count.
+    """
+    if not name.isidentifier() or name.startswith("_"):
+        raise ModelError(f"vehicle name {name!r} is not allowed: letters, digits and _ only")
+    target = Path(folder) / name
+    if target.exists():
+        raise ModelError(f"{target} exists already: choose another name or remove it")
+    if mass is not None and not mass > 0:
+        raise ModelError(f"mass must be > 0 kg, got {mass}")
+    if inertia is not None and (len(inertia) != 3 or min(inertia) <= 0):
+        raise ModelError(f"inertia needs 3 values > 0 in kg m2, got {list(inertia)}")
+    for key, values in (coefficients or {}).items():
+        if len(values) not in _SIZES:
+            raise ModelError(f"{key} needs 6, 21 or 36 values, got {len(values)}")
+    source = Path(str(resources.files("marine_mj.models"))) / _TEMPLATE
+    if not source.is_dir():
+        raise ModelError(f"the template folder {source} is missing: reinstall marine_mj")
+    shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
+    for path in sorted(target.rglob(f"*{_TEMPLATE}*")):
+        path.rename(path.with_name(path.name.replace(_TEMPLATE, name)))
+    for path in [*target.rglob("*.xml"), *target.rglob("*.md")]:
+        text = path.read_text(encoding="utf-8").replace(_TEMPLATE, name)
+        if path.suffix == ".xml":
+            text = _filled(text, mass, inertia, buoyancy, coefficients or {})
+        path.write_text(text, encoding="utf-8")
+    return target
+
+
+def _filled(
+    text: str,
+    mass: float | None,
+    inertia: Sequence[float] | None,
+    buoyancy: float | None,
+    coefficients: dict[str, Sequence[float]],
+) -> str:
+    """MJCF text with the given numbers; comments and layout stay."""
+    if mass is not None:
+        text = re.sub(r'(<inertial\b[^>]*\bmass=")[^"]*', rf"\g<1>{mass:g}", text, count=1)
+    if inertia is not None:
+        values = " ".join(f"{v:g}" for v in inertia)
+        text = re.sub(r'(<inertial\b[^>]*\bdiaginertia=")[^"]*', rf"\g<1>{values}", text, count=1)
+    numbers = dict(coefficients)
+    if buoyancy is not None:
+        numbers["buoyancy"] = [buoyancy]
+        text = re.sub(r'\s*<numeric name="hull\.displaced_volume"[^>]*/>', "", text)
+    for key, value in numbers.items():
+        line = f'<numeric name="hull.{key}" data="{" ".join(f"{v:g}" for v in value)}"/>'
+        pattern = rf'<numeric name="hull\.{key}"[^>]*/>'
+        if re.search(pattern, text):
+            text = re.sub(pattern, line, text, count=1)
+        else:
+            text = text.replace("</custom>", f"  {line}\n  </custom>", 1)
+    return text

@@ -1,0 +1,279 @@
+"""Scenarios: everything that defines a run, as validated settings in one TOML file.
+
+Directions are those towards which waves, current and wind travel, in degrees clockwise from
+north; positions are NED. Inside the package NWU and radians are used.
+"""
+
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from marine_mj import toml
+from marine_mj.errors import ScenarioError
+from marine_mj.settings import Settings
+
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Vector3 = tuple[float, float, float]
+Vector6 = tuple[float, float, float, float, float, float]
+
+# Scout limits of the docking reference, digest 3.1 and 3.4, FRD.
+_WRENCH_LOW: Vector6 = (-152.0, -68.0, -68.0, -5.0, -20.0, -20.0)
+_WRENCH_HIGH: Vector6 = (192.0, 68.0, 68.0, 5.0, 20.0, 20.0)
+
+
+class Sea(Settings):
+    """Waves. Either `sea_state`, or `significant_wave_height` and `peak_period`, or a regular wave.
+
+    Attributes:
+        spectrum: "none" for calm water, "regular", or the spectrum of an irregular sea.
+        sea_state: 0 to 12, index of the docking reference's table (height and period from it).
+        significant_wave_height: H_s, m.
+        peak_period: T_p, s.
+        peak_enhancement: gamma of JONSWAP.
+        height: crest to trough of the regular wave, m.
+        period: of the regular wave, s.
+        direction_deg: towards which the waves travel, clockwise from north.
+        components: number of wave components.
+        frequency_sampling: "random_in_bin" (does not repeat) or "midpoint" (docking study).
+        spreading: exponent s of cos^2s directional spreading; left out: long-crested.
+        depth: water depth, m; left out: deep water.
+        stretching: particle motion above the mean level.
+    """
+
+    spectrum: Literal[
+        "none", "regular", "jonswap", "docking_jonswap", "pierson_moskowitz", "bretschneider"
+    ] = "jonswap"
+    sea_state: Annotated[int, Field(ge=0, le=12)] | None = None
+    significant_wave_height: NotNegative | None = None
+    peak_period: Positive | None = None
+    peak_enhancement: Annotated[float, Field(ge=1, le=20)] = 3.3
+    height: NotNegative | None = None
+    period: Positive | None = None
+    direction_deg: float = 0.0
+    components: Annotated[int, Field(ge=1, le=500)] = 100
+    frequency_sampling: Literal["random_in_bin", "midpoint"] = "random_in_bin"
+    spreading: Positive | None = None
+    depth: Positive | None = None
+    stretching: Literal["constant", "wheeler", "none"] = "constant"
+
+    @model_validator(mode="after")
+    def _one_description(self) -> "Sea":
+        """Refuse a sea that is described twice or not at all."""
+        spectral = self.significant_wave_height is not None or self.peak_period is not None
+        regular = self.height is not None or self.period is not None
+        if self.spectrum == "none":
+            if spectral or regular or self.sea_state:
+                raise ValueError('sea.spectrum = "none" is calm water: leave out all heights')
+        elif self.spectrum == "regular":
+            if spectral:
+                raise ValueError(
+                    "a regular wave takes height and period (or sea_state), not "
+                    "significant_wave_height and peak_period"
+                )
+            if self.sea_state is None and (self.height is None or self.period is None):
+                raise ValueError("a regular wave needs height and period, or sea_state")
+        elif regular:
+            raise ValueError('height and period belong to spectrum = "regular"')
+        elif self.sea_state is not None and spectral:
+            raise ValueError("give sea_state, or significant_wave_height and peak_period, not both")
+        elif self.sea_state is None and self.significant_wave_height is None:
+            raise ValueError(
+                f'spectrum = "{self.spectrum}" needs sea_state (0 to 12), or '
+                "significant_wave_height and peak_period"
+            )
+        return self
+
+
+class Current(Settings):
+    """Water current.
+
+    Attributes:
+        speed: at the surface, m/s.
+        direction_deg: towards which it flows, clockwise from north.
+        profile: "uniform", or "power" (1/7 law, zero at `profile_depth`).
+        profile_depth: depth at which the power law ends, m.
+        fluctuation: standard deviation of the Gauss-Markov change, m/s.
+        time_constant: of the Gauss-Markov change, s.
+    """
+
+    speed: NotNegative = 0.0
+    direction_deg: float = 0.0
+    profile: Literal["uniform", "power"] = "uniform"
+    profile_depth: Positive = 50.0
+    fluctuation: NotNegative = 0.0
+    time_constant: Positive = 300.0
+
+
+class Wind(Settings):
+    """Wind at 10 m height.
+
+    Attributes:
+        speed: mean, m/s.
+        direction_deg: towards which it blows, clockwise from north.
+        gusts: whether to add the gust spectrum.
+    """
+
+    speed: NotNegative = 0.0
+    direction_deg: float = 0.0
+    gusts: bool = True
+
+
+class Vehicle(Settings):
+    """One vehicle of the scene.
+
+    Attributes:
+        model: name of a vehicle folder, or a path to one.
+        position_ned: start of the body origin, m, NED.
+        heading_deg: start heading, clockwise from north.
+        velocity_frd: start velocity `nu`, m/s and rad/s, body axes FRD.
+        motion: "free": by all its forces; "rao": moved by its motion RAOs; "dynamic": by wave
+            excitation, restoring and damping from its force RAOs; left out: "dynamic" if the
+            model has RAOs, else "free".
+        dock: name of the dock folder that the vehicle carries at its site `dock_mount`.
+        actuation: "thrusters" of the model, or an ideal "wrench" at the body origin.
+        wrench_low_frd, wrench_high_frd: limits of the ideal wrench, N and N m, FRD.
+        planar: keep the vehicle in its vertical plane: north, down and pitch only.
+        froude_krylov: pressure force of the undisturbed wave.
+        convective: convective part of the water's acceleration.
+        strips: wave forces along the length instead of at the origin only.
+        constant_buoyancy: full buoyancy even above the surface.
+    """
+
+    model: str
+    position_ned: Vector3 = (0.0, 0.0, 0.0)
+    heading_deg: float = 0.0
+    velocity_frd: Vector6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    motion: Literal["free", "rao", "dynamic"] | None = None
+    dock: str | None = None
+    actuation: Literal["thrusters", "wrench"] = "thrusters"
+    wrench_low_frd: Vector6 = _WRENCH_LOW
+    wrench_high_frd: Vector6 = _WRENCH_HIGH
+    planar: bool = False
+    froude_krylov: bool = True
+    convective: bool = True
+    strips: bool = True
+    constant_buoyancy: bool = False
+
+
+class TaskChoice(Settings):
+    """What the run is about.
+
+    Attributes:
+        domain: module of `marine_mj.tasks`.
+        name: task in this domain.
+        settings: keyword settings of the task; it validates them itself.
+    """
+
+    domain: str
+    name: str
+    settings: dict[str, Any] = Field(default_factory=dict)
+
+
+class Scenario(Settings):
+    """Everything that defines a run.
+
+    Attributes:
+        name: for titles and folders.
+        description: one line for lists.
+        seed: of all random numbers of the run.
+        duration: longest simulated time, s.
+        timestep: of the physics, s.
+        control_period: between two controller updates, s, a multiple of `timestep`.
+        log_period: between two log entries, s, a multiple of `control_period`.
+        integrator: of MuJoCo.
+        sea, current, wind: the environment.
+        water_density: kg/m3.
+        vehicles: tables by instance name, in the order in which they are attached.
+        task: what is done in this scene.
+    """
+
+    name: str
+    description: str = ""
+    seed: Annotated[int, Field(ge=0)] = 0
+    duration: Positive = 60.0
+    timestep: Annotated[float, Field(gt=0, le=0.1)] = 0.005
+    control_period: Positive = 0.01
+    log_period: Positive = 0.05
+    integrator: Literal["implicitfast", "implicit", "Euler", "RK4"] = "implicitfast"
+    water_density: Positive = 1025.0
+    sea: Sea = Sea(spectrum="none")
+    current: Current = Current()
+    wind: Wind = Wind()
+    vehicles: dict[str, Vehicle] = Field(min_length=1)
+    task: TaskChoice
+
+    @model_validator(mode="after")
+    def _periods_fit(self) -> "Scenario":
+        """Refuse periods that are not whole multiples of each other, and bad instance names."""
+        for long, short in (("control_period", "timestep"), ("log_period", "control_period")):
+            ratio = getattr(self, long) / getattr(self, short)
+            if ratio < 0.999 or abs(ratio - round(ratio)) > 1e-6:
+                raise ValueError(
+                    f"{long} = {getattr(self, long)} must be a whole multiple of {short} = "
+                    f"{getattr(self, short)}"
+                )
+        for instance in self.vehicles:
+            if not instance.isidentifier():
+                raise ValueError(
+                    f"vehicle name {instance!r} is not allowed: letters, digits and _ only"
+                )
+        return self
+
+    @classmethod
+    def from_toml(cls, text: str, where: str = "scenario") -> "Scenario":
+        """Scenario from TOML text.
+
+        Raises:
+            ScenarioError: not valid TOML, an unknown key, or a value that is not allowed.
+        """
+        try:
+            values = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise ScenarioError(f"{where} is not valid TOML: {error}") from None
+        return cls.parse(values, where)
+
+    @classmethod
+    def load(cls, name: str | Path) -> "Scenario":
+        """Scenario from a TOML file, or a packaged one by its name.
+
+        Raises:
+            ScenarioError: no such file or packaged scenario (the message lists them), or its
+                content is not valid.
+        """
+        path = Path(name)
+        if not path.is_file():
+            packaged = packaged_scenarios()
+            if str(name) not in packaged:
+                raise ScenarioError(
+                    f"scenario {str(name)!r} is neither a file nor a packaged scenario; "
+                    f"packaged: {', '.join(packaged)}"
+                )
+            path = packaged[str(name)]
+        return cls.from_toml(path.read_text(encoding="utf-8"), f"scenario {path.name}")
+
+    def to_toml(self) -> str:
+        """TOML text that `from_toml` reads back to an equal scenario."""
+        return toml.dump(self.model_dump())
+
+    def with_values(self, changes: dict[str, Any]) -> "Scenario":
+        """A validated copy with values replaced by dotted keys, such as `sea.sea_state`."""
+        values = self.model_dump()
+        for key, value in changes.items():
+            *path, last = key.split(".")
+            table = values
+            for part in path:
+                table = table.setdefault(part, {})
+                if not isinstance(table, dict):
+                    raise ScenarioError(f"{key}: {part!r} is a value, not a table")
+            table[last] = value
+        return self.parse(values, f"scenario {self.name}")
+
+
+def packaged_scenarios() -> dict[str, Path]:
+    """Packaged scenario files by name."""
+    folder = Path(str(resources.files("marine_mj") / "scenarios"))
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}

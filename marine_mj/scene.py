@@ -1,0 +1,245 @@
+"""From a scenario to a compiled model: vehicles, docks, latches and actuation in one MjSpec."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+from marine_mj import frames, hydrodynamics
+from marine_mj.environment import Environment
+from marine_mj.errors import ModelError
+from marine_mj.frames import Array
+from marine_mj.library import find_model
+from marine_mj.scenario import Scenario, Vehicle
+from marine_mj.weather import environment_of
+
+if TYPE_CHECKING:
+    from marine_mj.simulation.log import Log
+
+#: Site on a carrier at which a dock is attached.
+DOCK_MOUNT = "dock_mount"
+#: Axes of the ideal wrench, in the order of its actuators.
+WRENCH_AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+#: Joints of a planar vehicle, in the order in which they act.
+PLANAR_JOINTS = ("planar_x", "planar_z", "planar_pitch")
+
+_INTEGRATORS = {
+    "Euler": mujoco.mjtIntegrator.mjINT_EULER,
+    "RK4": mujoco.mjtIntegrator.mjINT_RK4,
+    "implicit": mujoco.mjtIntegrator.mjINT_IMPLICIT,
+    "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
+}
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A compiled scene.
+
+    Attributes:
+        scenario: what it was built from.
+        model: compiled model with the packed hydrodynamics table.
+        environment: the frozen sea, current and wind in it.
+    """
+
+    scenario: Scenario
+    model: mujoco.MjModel
+    environment: Environment
+
+
+def compile_scene(
+    scenario: Scenario,
+    environment: Environment | None = None,
+    scenery: Callable[[mujoco.MjSpec], Any] | None = None,
+) -> Scene:
+    """Scene of a scenario, ready to step.
+
+    Args:
+        scenario: validated scenario.
+        environment: sea, current and wind; default: drawn from the scenario's seed.
+        scenery: called with the spec before compiling, to add what only pictures need.
+
+    Raises:
+        ModelError: a model does not exist or cannot be simulated as asked.
+    """
+    environment = environment_of(scenario) if environment is None else environment
+    spec = build_scene(scenario)
+    if scenery is not None:
+        scenery(spec)
+    model = hydrodynamics.compile_spec(spec, environment, body_settings(scenario, spec))
+    return Scene(scenario, model, environment)
+
+
+def scene_from_log(log: "Log", scenery: Callable[[mujoco.MjSpec], Any] | None = None) -> Scene:
+    """The scene that a log was recorded in, rebuilt from its scenario.
+
+    Raises:
+        LogError: the log holds no valid scenario.
+        ModelError: a vehicle of the scenario does not exist any more.
+    """
+    return compile_scene(log.scenario, scenery=scenery)
+
+
+def build_scene(scenario: Scenario) -> mujoco.MjSpec:
+    """Uncompiled scene: each vehicle under the prefix `<instance>/`, its dock `<instance>/dock/`.
+
+    Raises:
+        ModelError: a model does not exist, has no free root body, or lacks the dock's site.
+    """
+    spec = mujoco.MjSpec()
+    spec.modelname = scenario.name
+    spec.option.timestep = scenario.timestep
+    spec.option.integrator = _INTEGRATORS[scenario.integrator]
+    # A diverging run must raise, not start again silently.
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    for instance, vehicle in scenario.vehicles.items():
+        _attach_vehicle(spec, instance, vehicle)
+    carriers = [name for name, vehicle in scenario.vehicles.items() if vehicle.dock is not None]
+    for carrier in carriers:
+        dock = _attach_dock(spec, carrier, scenario.vehicles[carrier])
+        for instance in scenario.vehicles:
+            if instance not in carriers:
+                _add_latch(spec, carrier, dock, instance)
+    return spec
+
+
+def main_body(spec: mujoco.MjSpec, instance: str) -> Any:
+    """Root body of a vehicle in a scene."""
+    for body in spec.worldbody.bodies:
+        if body.name.startswith(f"{instance}/"):
+            return body
+    raise ModelError(f"no body of vehicle {instance!r} in the scene")
+
+
+def body_settings(scenario: Scenario, spec: mujoco.MjSpec) -> dict[str, dict[str, Any]]:
+    """Settings of each hydrodynamic main body for `hydrodynamics.compile_spec`."""
+    wet = {body.name for body in hydrodynamics.read_coefficients(spec)}
+    bodies = {main_body(spec, instance).name: v for instance, v in scenario.vehicles.items()}
+    return {
+        name: {
+            "motion": vehicle.motion,
+            "froude_krylov": vehicle.froude_krylov,
+            "convective": vehicle.convective,
+            "strips": vehicle.strips,
+            "constant_buoyancy": vehicle.constant_buoyancy,
+        }
+        for name, vehicle in bodies.items()
+        if name in wet
+    }
+
+
+def start_pose(vehicle: Vehicle) -> tuple[Array, Array]:
+    """Start position (3,) NWU and attitude (4,) wxyz of a vehicle's settings."""
+    heading = np.deg2rad(vehicle.heading_deg)
+    return frames.pose_from_eta([*vehicle.position_ned, 0.0, 0.0, heading])
+
+
+def latch_name(carrier: str, instance: str) -> str:
+    """Name of the weld that holds a vehicle in the dock of a carrier."""
+    return f"{carrier}/latch/{instance}"
+
+
+def _load(name: str) -> mujoco.MjSpec:
+    """Spec of a model folder, with file names made absolute so that they survive attachment."""
+    path = find_model(name)
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise ModelError(f"model {name!r} ({path}) cannot be read: {error}") from None
+    for mesh in spec.meshes:
+        if mesh.file:
+            mesh.file = str(_asset(path, spec.meshdir, mesh.file))
+    for texture in spec.textures:
+        if texture.file:
+            texture.file = str(_asset(path, spec.texturedir, texture.file))
+    for text in spec.texts:
+        if text.name.endswith(".wave_database"):
+            # A name that is not a file of the vehicle is one of the package's assets.
+            own = _asset(path, spec.meshdir or "assets", text.data)
+            text.data = str(own) if own.is_file() else text.data
+    return spec
+
+
+def _asset(xml: Path, folder: str, file: str) -> Path:
+    """Absolute path of a file that an XML names."""
+    return (xml.parent / (folder or ".") / file).resolve()
+
+
+def _attach_vehicle(spec: mujoco.MjSpec, instance: str, vehicle: Vehicle) -> None:
+    """Attach one vehicle at its start pose."""
+    child = _load(vehicle.model)
+    position, quaternion = start_pose(vehicle)
+    frame = spec.worldbody.add_frame(pos=position, quat=quaternion)
+    spec.attach(child, frame=frame, prefix=f"{instance}/")
+    body = main_body(spec, instance)
+    free = [j for j in body.joints if j.type == mujoco.mjtJoint.mjJNT_FREE]
+    if not free:
+        raise ModelError(
+            f"model {vehicle.model!r} of vehicle {instance!r} has no free joint on its root body "
+            f"{body.name!r}: vehicles are free, docks are named by the vehicle that carries them"
+        )
+    free[0].name = f"{instance}/free"
+    if vehicle.planar:
+        if vehicle.motion == "rao":
+            raise ModelError(
+                f'vehicle {instance!r} has motion = "rao" and planar = true: a prescribed vehicle '
+                "is planar in head seas anyway, leave out planar"
+            )
+        spec.delete(free[0])
+        for name, axis in zip(PLANAR_JOINTS, ([1, 0, 0], [0, 0, 1], [0, 1, 0]), strict=True):
+            hinge = name == "planar_pitch"
+            kind = mujoco.mjtJoint.mjJNT_HINGE if hinge else mujoco.mjtJoint.mjJNT_SLIDE
+            body.add_joint(name=f"{instance}/{name}", type=kind, axis=axis)
+    if vehicle.actuation == "wrench":
+        _replace_actuators(spec, instance, vehicle, body)
+
+
+def _replace_actuators(spec: mujoco.MjSpec, instance: str, vehicle: Vehicle, body: Any) -> None:
+    """Six ideal motors at the body origin instead of the model's actuators."""
+    for actuator in list(spec.actuators):
+        if actuator.name.startswith(f"{instance}/"):
+            spec.delete(actuator)
+    site = body.add_site(name=f"{instance}/origin", group=4)
+    bounds = np.sort(
+        [frames.flip(vehicle.wrench_low_frd), frames.flip(vehicle.wrench_high_frd)], axis=0
+    )
+    for i, axis in enumerate(WRENCH_AXES):
+        gear = np.zeros(6)
+        gear[i] = 1.0
+        spec.add_actuator(
+            name=f"{instance}/{axis}",
+            trntype=mujoco.mjtTrn.mjTRN_SITE,
+            target=site.name,
+            gear=gear,
+            ctrllimited=True,
+            ctrlrange=bounds[:, i],
+        )
+
+
+def _attach_dock(spec: mujoco.MjSpec, carrier: str, vehicle: Vehicle) -> str:
+    """Attach the carrier's dock and return the name of the dock's body."""
+    assert vehicle.dock is not None
+    child = _load(vehicle.dock)
+    mount = f"{carrier}/{DOCK_MOUNT}"
+    site = spec.site(mount)
+    if site is None:
+        raise ModelError(
+            f"vehicle {carrier!r} has dock = {vehicle.dock!r} but its model {vehicle.model!r} has "
+            f"no site {DOCK_MOUNT!r}: add one where the dock is to be fixed"
+        )
+    spec.attach(child, site=site, prefix=f"{carrier}/dock/")
+    return next(b.name for b in spec.bodies if b.name.startswith(f"{carrier}/dock/"))
+
+
+def _add_latch(spec: mujoco.MjSpec, carrier: str, dock: str, instance: str) -> None:
+    """An open weld between a dock and a vehicle."""
+    spec.add_equality(
+        name=latch_name(carrier, instance),
+        type=mujoco.mjtEq.mjEQ_WELD,
+        objtype=mujoco.mjtObj.mjOBJ_BODY,
+        name1=dock,
+        name2=main_body(spec, instance).name,
+        active=False,
+    )

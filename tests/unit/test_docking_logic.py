@@ -1,0 +1,149 @@
+"""Waypoint manager and latch on scripted motions."""
+
+import numpy as np
+import pytest
+from marine_mj.controllers import DockingGuidance, DockingPlan, Latch, Phase, RigidState
+
+from marine_mj.errors import ScenarioError
+
+LEVEL = np.array([1.0, 0, 0, 0])
+PERIOD = 0.01
+
+
+def at(*position, velocity=(0.0,) * 6):
+    return RigidState(np.array(position, dtype=float), LEVEL, np.array(velocity))
+
+
+CARRIER = at(10, 0, 0)
+APERTURE = CARRIER.attached([0, 0, -1.0])
+SEAT = CARRIER.attached([0, 0, -0.5])
+
+
+def update(guidance, state, vehicle, latched=False):
+    return guidance.update(state, vehicle, CARRIER, APERTURE, SEAT, np.asarray(latched), PERIOD)
+
+
+def test_waypoints_of_the_reference_in_order():
+    guidance = DockingGuidance()
+    command, state = update(guidance, guidance.initial(), at(7, 0, -4))
+    assert state.phase == Phase.APPROACH
+    np.testing.assert_allclose(command.target.position, [9, 0, -4])
+    command, state = update(guidance, state, at(8.8, 0, -4))
+    assert state.phase == Phase.UNDER
+    np.testing.assert_allclose(command.target.position, [10, 0, -2])
+    command, state = update(guidance, state, at(10, 0.2, -2))
+    assert state.phase == Phase.WAIT
+    np.testing.assert_allclose(command.target.position, [10, 0, -2])
+    command, state = update(guidance, state, at(10, 0.2, -2))
+    assert state.phase == Phase.ENTER
+    np.testing.assert_allclose(command.target.position, [10, 0, -0.95])
+    command, state = update(guidance, state, at(10.1, 0, -1.01))
+    assert not command.entered
+    command, state = update(guidance, state, at(10.1, 0, -0.99))
+    assert command.entered and state.phase == Phase.CONTACT and state.attempts == 1
+    np.testing.assert_allclose(command.push, [0, 0, 20])
+    for _ in range(400):
+        command, state = update(guidance, state, at(10, 0, -0.9))
+    np.testing.assert_allclose(command.target.position, SEAT.position)
+    command, state = update(guidance, state, at(10, 0, -0.5), latched=True)
+    assert state.phase == Phase.LATCHED
+    np.testing.assert_allclose(command.push, 0)
+
+
+def test_crossing_before_waypoint_2_or_outside_the_aperture_does_not_count():
+    guidance = DockingGuidance()
+    state = guidance.initial()
+    for z in (-1.2, -0.8):
+        command, state = update(guidance, state, at(10, 0, z))
+    assert not command.entered and state.phase < Phase.CONTACT
+    for z in (-1.9, -2.0, -2.0):
+        command, state = update(guidance, state, at(10, 0, z))
+    # Drive it to the goal phase, then cross beside the aperture.
+    _, state = update(guidance, state, at(9, 0, -4))
+    for z in (-2.0, -2.0, -1.2):
+        _, state = update(guidance, state, at(10, 0, z))
+    command, state = update(guidance, state, at(10.6, 0, -0.8))
+    assert state.phase == Phase.ENTER and not command.entered
+
+
+def test_missed_vehicle_waits_again():
+    guidance = DockingGuidance()
+    initial = guidance.initial()
+    state = type(initial)(np.array(4), np.array(0.1), np.array(1.0), np.array(1))
+    _, state = update(guidance, state, at(10, 0, -1.4))
+    assert state.phase == Phase.WAIT and state.progress == 0
+
+
+def test_waiting_for_low_relative_speed_and_abort():
+    guidance = DockingGuidance(DockingPlan(wait_speed=0.5))
+    initial = guidance.initial()
+    state = type(initial)(np.array(2), np.array(-1.0), np.array(0.0), np.array(0))
+    fast = at(10, 0, -2, velocity=np.array([0.8, 0, 0, 0, 0, 0]))
+    _, state = update(guidance, state, fast)
+    assert state.phase == Phase.WAIT
+    _, state = update(guidance, state, at(10, 0, -2))
+    assert state.phase == Phase.ENTER
+    _, state = update(guidance, state, fast)
+    assert state.phase == Phase.WAIT
+
+
+def test_guidance_is_vectorised():
+    guidance = DockingGuidance()
+    rng = np.random.default_rng(0)
+    positions = np.array([10, 0, -1.5]) + rng.normal(size=(40, 6, 3)) * [1.0, 0.2, 0.8]
+    many = guidance.initial((6,))
+    single = [guidance.initial() for _ in range(6)]
+
+    def spread(body):
+        return RigidState(
+            np.tile(body.position, (6, 1)), np.tile(LEVEL, (6, 1)), np.tile(body.velocity, (6, 1))
+        )
+
+    for step in positions:
+        vehicles = RigidState(step, np.tile(LEVEL, (6, 1)), np.zeros((6, 6)))
+        command, many = guidance.update(
+            many, vehicles, spread(CARRIER), spread(APERTURE), spread(SEAT), np.zeros(6, bool), 0.01
+        )
+        for i in range(6):
+            one, single[i] = update(guidance, single[i], at(*step[i]))
+            assert single[i].phase == many.phase[i]
+            np.testing.assert_allclose(one.target.position, command.target.position[i])
+
+
+def test_latch_needs_all_limits_for_the_whole_dwell():
+    latch = Latch(dwell=1.0)
+    good, still = np.full(6, 0.01), np.zeros(6)
+    state = latch.initial()
+    for _ in range(100):
+        state = latch.update(state, good, still, PERIOD)
+    assert not state.closed
+    assert latch.update(state, good, still, PERIOD).closed
+    # One sample outside starts the dwell again.
+    for bad_error, bad_velocity in (
+        (np.array([0.06, 0, 0, 0, 0, 0]), still),
+        (np.array([0, 0, 0, 0, 0.06, 0]), still),
+        (good, np.array([0, 0, 0.11, 0, 0, 0])),
+        (good, np.array([0, 0, 0, 0, 0, 0.2])),
+    ):
+        after = latch.update(state, bad_error, bad_velocity, PERIOD)
+        assert after.dwell == 0 and not after.closed
+
+
+def test_latch_stays_closed_and_is_vectorised():
+    latch = Latch(dwell=0.02)
+    state = latch.initial((2,))
+    error = np.array([[0.0] * 6, [1.0] * 6])
+    for _ in range(3):
+        state = latch.update(state, error, np.zeros((2, 6)), PERIOD)
+    np.testing.assert_array_equal(state.closed, [True, False])
+    state = latch.update(state, np.ones((2, 6)), np.zeros((2, 6)), PERIOD)
+    np.testing.assert_array_equal(state.closed, [True, False])
+
+
+def test_refusals():
+    with pytest.raises(ScenarioError, match="latch speed limit must be > 0"):
+        Latch(speed=0)
+    with pytest.raises(ScenarioError, match="acceptance must be > 0"):
+        DockingPlan(acceptance=-1)
+    with pytest.raises(ScenarioError, match="6 factors"):
+        DockingPlan(contact_scale=(1.0,))
