@@ -274,6 +274,8 @@ def _record(
     p[t_.B_CB : t_.B_CB + 3] = body.center_of_buoyancy
     p[t_.B_FROUDE_KRYLOV] = settings.froude_krylov
     p[t_.B_CONVECTIVE] = settings.convective
+    # the database holds all of the waves' force: orbital motion would count it twice
+    p[t_.B_NO_WAVES] = motion != "free"
     quadratic = body.quadratic_damping
     half_height = body.submergence_height
     if body.strips is not None and settings.strips:

@@ -43,6 +43,7 @@ B_FROUDE_KRYLOV, B_CONVECTIVE = 11, 12
 B_STRIPS, B_STRIP_X, B_STRIP_DX, B_STRIP_DRAG, B_STRIP_WEIGHT = 13, 14, 15, 16, 18
 B_STRIP_MEAN, B_STRIP_SPREAD = 19, 20  # sum w x and sum w (x - mean)^2
 B_ELEMENTS, B_ELEMENT_DATA = 21, 22
+B_NO_WAVES = 23  # waves act through a wave database only, not through the water's motion
 B_ADDED_MASS, B_LINEAR, B_QUADRATIC = 24, 60, 96
 B_FIXED_SIZE = 132
 
