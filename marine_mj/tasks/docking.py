@@ -8,7 +8,7 @@ from dm_control.rl import control
 from dm_control.utils import containers, rewards
 from pydantic import Field
 
-from marine_mj import frames
+from marine_mj import frames, hydrodynamics
 from marine_mj.controllers import (
     DockFrames,
     DockingGuidance,
@@ -282,6 +282,7 @@ class Docking(MarineTask):
         physics.data.time = self._start_time
         for instance in physics.vehicles:
             self._place(physics, instance)
+        hydrodynamics.start_in_waves(physics.model.ptr, physics.data.ptr)
         super().initialize_episode(physics)
 
     def _place(self, physics: DockingPhysics, instance: str) -> None:
