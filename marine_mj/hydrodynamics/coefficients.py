@@ -141,6 +141,17 @@ def _check_passive(name: str, quantity: str, matrix: Array) -> None:
         )
 
 
+def _check_drag(name: str, quantity: str, matrix: Array) -> None:
+    """Raise if quadratic damping pushes along with the motion: a negative diagonal entry."""
+    diagonal = np.diag(matrix)
+    if diagonal.min() < 0:
+        i = int(diagonal.argmin()) + 1
+        raise ModelError(
+            f"{quantity} of {name!r} feeds energy into the body: D_Q[{i},{i}] = "
+            f"{diagonal.min():g}, allowed is >= 0 (force = -D_Q |nu_r| nu_r): check the signs"
+        )
+
+
 def _strips(name: str, values: dict[str, Array], frames: dict[str, str], volume: float) -> Strips:
     """Strips from their numerics."""
     number, aft, fore = values["strips"]
@@ -192,6 +203,13 @@ def _collect(spec: mujoco.MjSpec) -> dict[str, dict[str, Array]]:
         if not np.isfinite(data).all():
             raise ModelError(f"numeric {numeric.name!r} holds {data}; allowed are finite numbers")
         found.setdefault(owner, {})[quantity] = data
+    for text in spec.texts:
+        owner, _, quantity = text.name.partition(".")
+        if quantity == "wave_database" and owner not in found:
+            raise ModelError(
+                f"text {text.name!r} belongs to the body {owner!r}, which has no hydrodynamic "
+                f"coefficients; bodies that have are {sorted(found)}"
+            )
     return found
 
 
@@ -252,6 +270,9 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
     for quantity in ("linear_damping", "viscous_damping"):
         if quantity in matrices:
             _check_passive(name, quantity, matrices[quantity])
+    for quantity in ("quadratic_damping", "quadratic_damping_lumped"):
+        if quantity in matrices:
+            _check_drag(name, quantity, matrices[quantity])
     for quantity in ("displaced_volume", "buoyancy", "submergence_height"):
         if quantity in values and values[quantity][0] <= 0:
             raise ModelError(f"{quantity} of {name!r} is {values[quantity][0]:g}, allowed is > 0")
@@ -282,7 +303,9 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
     if "strips" in values:
         strips = _strips(name, values, frames, volume or buoyancy / (1025 * 9.81))
     elif {"strip_drag", "strip_area"} & set(values):
-        raise ModelError(f"{name!r} has strip_drag or strip_area but no strips: add '{name}.strips'")
+        raise ModelError(
+            f"{name!r} has strip_drag or strip_area but no strips: add '{name}.strips'"
+        )
     return BodyCoefficients(
         name=name,
         **matrices,

@@ -116,12 +116,13 @@ def _environment(table: _Table, environment: Environment) -> Array:
     fixed[t_.E_WAVES] = len(waves.omega)
     fixed[t_.E_WAVE_DATA] = table.add(_wave_rows(waves))
     fixed[t_.E_CREST] = waves.amplitude.sum()
+    # the place is taken without a current, too: tables of other environments have to fit
+    fixed[t_.E_LEVEL_DATA] = table.add(current.levels, current.velocity)
+    fixed[t_.E_KNOT_DATA] = table.add(current.fluctuation)
     if np.any(current.velocity) or len(current.fluctuation):
         fixed[t_.E_LEVELS] = len(current.levels)
-        fixed[t_.E_LEVEL_DATA] = table.add(current.levels, current.velocity)
         fixed[t_.E_KNOTS] = len(current.fluctuation)
         fixed[t_.E_INTERVAL] = current.interval
-        fixed[t_.E_KNOT_DATA] = table.add(current.fluctuation)
     fixed[t_.E_WIND_KNOTS] = len(wind.velocity)
     fixed[t_.E_WIND_INTERVAL] = wind.interval
     fixed[t_.E_WIND_DATA] = table.add(wind.velocity)
@@ -234,7 +235,7 @@ def _elements(
         path = _path(model, table, body, index, waves)
         kappa = PRESCRIBED_INERTIA
         found.append((t_.PRESCRIBED, np.array([*path, kappa, kappa])))
-    if body.wind is not None and np.any(environment.wind.velocity):
+    if body.wind is not None:  # in still air, too: it brakes
         found.append((t_.WIND, body.wind))
     for tank in body.tanks:
         actuator = model.actuator(tank.actuator).id

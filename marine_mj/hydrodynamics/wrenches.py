@@ -170,6 +170,9 @@ def check_state(model: mujoco.MjModel, data: mujoco.MjData) -> None:
                 f"control of actuator {name!r} is {data.ctrl[index]} at t = {data.time:.4f} s, "
                 "allowed are finite numbers: check the controller that wrote it"
             )
+        if warning == mujoco.mjtWarning.mjWARN_BADQPOS:
+            joint = int(np.searchsorted(model.jnt_qposadr, index, side="right")) - 1
+            index = int(model.jnt_dofadr[joint])
         dof = min(index, model.nv - 1)
         body = int(model.dof_bodyid[dof])
         raise SimulationError(
