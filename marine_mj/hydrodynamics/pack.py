@@ -180,7 +180,12 @@ def _free_root(model: mujoco.MjModel, body: int) -> bool:
 
 
 def _path(
-    model: mujoco.MjModel, table: _Table, body: BodyCoefficients, index: int, waves: WaveField
+    model: mujoco.MjModel,
+    table: _Table,
+    body: BodyCoefficients,
+    index: int,
+    waves: WaveField,
+    motion: Motion,
 ) -> list[float]:
     """Where RAO motion goes on about the pose at qpos0: x, y, z, yaw, offset of the amplitudes.
 
@@ -188,7 +193,8 @@ def _path(
     """
     if not _free_root(model, index):
         raise ModelError(
-            f"motion of {body.name!r} in waves needs a free joint of its own on a body of the world"
+            f"motion {motion!r} of {body.name!r} needs a free joint of its own on a body of the "
+            "world"
         )
     address = model.jnt_qposadr[model.body_jntadr[index]]
     pose = model.qpos0[address : address + 7]
@@ -229,10 +235,10 @@ def _elements(
         found.append((t_.RESTORING, data))
     waves = environment.waves
     if motion == "dynamic" and len(waves.omega):
-        path = _path(model, table, body, index, waves)
+        path = _path(model, table, body, index, waves, motion)
         found.append((t_.EXCITATION, np.array([*path, *_exciting_forces(table, body, waves)])))
     elif motion == "rao":
-        path = _path(model, table, body, index, waves)
+        path = _path(model, table, body, index, waves, motion)
         kappa = PRESCRIBED_INERTIA
         found.append((t_.PRESCRIBED, np.array([*path, kappa, kappa])))
     if body.wind is not None:  # in still air, too: it brakes

@@ -32,23 +32,31 @@ def database_path(name: str) -> Path:
     )
 
 
+def _variables(path: Path, wanted: dict[str, tuple[str, ...]]) -> list[Array]:
+    """omega, wave_direction and the wanted variables of a database, in the wanted order of axes."""
+    import xarray as xr  # here: it doubles the time that `import marine_mj` takes
+
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as data:
+            found = []
+            for name, axes in wanted.items():
+                order = {axis: DOFS for axis in axes if axis.endswith("_dof")}
+                found.append(np.asarray(data[name].sel(order).transpose(*axes), dtype=float))
+            return [data["omega"].values, data["wave_direction"].values, *found]
+    except (OSError, KeyError, ValueError) as error:
+        needed = ", ".join(f"{name}({', '.join(axes)})" for name, axes in wanted.items())
+        raise ModelError(
+            f"{path.name} is not a wave database ({error}); needed are the variables {needed} as "
+            "Capytaine names them"
+        ) from error
+
+
 @lru_cache(maxsize=16)
 def _read(path: Path, response: str) -> tuple[Array, Array, NDArray[np.complex128]]:
     """omega (n,), wave direction (m,) and complex response (n, m, 6), per metre of amplitude."""
-    import xarray as xr  # here: it doubles the time that `import marine_mj` takes
-
     variable, dof = RESPONSES[response]
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as data:
-            values = data[variable].sel({dof: DOFS})
-            values = values.transpose("complex", "omega", "wave_direction", dof)
-            omega, direction = data["omega"].values, data["wave_direction"].values
-            table = np.asarray(values, dtype=float)
-    except (OSError, KeyError, ValueError) as error:
-        raise ModelError(
-            f"{path.name} is not a wave database ({error}); needed are the variables "
-            f"{variable}(complex, omega, wave_direction, {dof}) as Capytaine names them"
-        ) from error
+    axes = ("complex", "omega", "wave_direction", dof)
+    omega, direction, table = _variables(path, {variable: axes})
     order = np.argsort(omega)
     return omega[order], direction, (table[0] + 1j * table[1])[order]
 
@@ -56,25 +64,11 @@ def _read(path: Path, response: str) -> tuple[Array, Array, NDArray[np.complex12
 @lru_cache(maxsize=16)
 def _read_radiation(path: Path) -> tuple[Array, Array, Array]:
     """omega (n,), added mass and radiation damping (n, 6, 6), body axes FLU."""
-    import xarray as xr
-
-    pair = {"radiating_dof": DOFS, "influenced_dof": DOFS}
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as data:
-            matrices = [
-                np.asarray(
-                    data[name].sel(pair).transpose("omega", "radiating_dof", "influenced_dof")
-                )
-                for name in ("added_mass", "radiation_damping")
-            ]
-            omega = data["omega"].values
-    except (OSError, KeyError, ValueError) as error:
-        raise ModelError(
-            f"{path.name} has no radiation data ({error}); needed are added_mass and "
-            "radiation_damping(omega, radiating_dof, influenced_dof) as Capytaine names them"
-        ) from error
+    axes = ("omega", "radiating_dof", "influenced_dof")
+    wanted = {"added_mass": axes, "radiation_damping": axes}
+    omega, _, added, damping = _variables(path, wanted)
     order = np.argsort(omega)
-    return omega[order], matrices[0][order], matrices[1][order]
+    return omega[order], added[order], damping[order]
 
 
 def radiation(name: str, waves: WaveField) -> tuple[Array, Array]:
