@@ -25,10 +25,11 @@ from marine_mj.controllers import (
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.scenario import Scenario
-from marine_mj.scene import compile_scene
+from marine_mj.scene import Scene, compile_scene
 from marine_mj.settings import Settings
 from marine_mj.tasks.base import MarineTask, Signal, from_unit, symmetric_spec
 from marine_mj.tasks.physics import MarinePhysics
+from marine_mj.tasks.start import moving_with_waves
 from marine_mj.weather import significant_height
 
 SUITE = containers.TaggedTasks()
@@ -98,6 +99,7 @@ class DockingSettings(Settings):
         carrier: instance name of the vehicle that carries the dock.
         controller: closed-loop controller.
         gains: gain set of the controller.
+        error_limit: longest position error that the controller sees, m; left out: no limit.
         plan: waypoints and contact phase.
         latch: when the latch closes.
         goal_offset: largest shift of the goal by the action of the closed-loop task, m;
@@ -113,6 +115,7 @@ class DockingSettings(Settings):
     carrier: str = "usv"
     controller: Literal["pose_pid"] = "pose_pid"
     gains: Literal["manual", "brute_force", "extended"] = "brute_force"
+    error_limit: Positive | None = None
     plan: PlanSettings = PlanSettings()
     latch: LatchSettings = LatchSettings()
     goal_offset: NotNegative = 0.0
@@ -218,7 +221,7 @@ class Docking(MarineTask):
     """Latch a vehicle into the dock of a carrier.
 
     Args:
-        scenario: what the scene was built from.
+        scene: the compiled scene.
         settings: settings of the task.
         closed_loop: attach guidance and controller; the action shifts the goal. Otherwise the
             action is the raw command of the vehicle's actuators, scaled to [-1, 1].
@@ -239,13 +242,14 @@ class Docking(MarineTask):
 
     def __init__(
         self,
-        scenario: Scenario,
+        scene: Scene,
         settings: DockingSettings,
         closed_loop: bool,
         random: np.random.RandomState | int | None = None,
     ) -> None:
         super().__init__(random=random)
-        self.scenario, self.settings, self.closed_loop = scenario, settings, closed_loop
+        self.scenario, self.settings, self.closed_loop = scene.scenario, settings, closed_loop
+        self._scene = scene
         self._pilot: DockingPilot | None = None
 
     @property
@@ -261,7 +265,13 @@ class Docking(MarineTask):
         statics = physics.hydrostatics(physics.vehicle, self.scenario.water_density)
         low, high = frames.flip(vehicle.wrench_low_frd), frames.flip(vehicle.wrench_high_frd)
         limits = Limits(np.minimum(low, high), np.maximum(low, high))
-        controller = PosePid.from_name(settings.gains, limits, self.control_period, statics)
+        controller = PosePid.from_name(
+            settings.gains,
+            limits,
+            self.control_period,
+            statics,
+            np.inf if settings.error_limit is None else settings.error_limit,
+        )
         guidance = DockingGuidance(settings.plan.plan())
         self._pilot = DockingPilot(controller, physics.dock_frames, self.control_period, guidance)
         self._latch = settings.latch.latch()
@@ -296,6 +306,10 @@ class Docking(MarineTask):
             quaternion = frames.quaternion_multiply(turned, quaternion)
         velocity = frames.flip(self.scenario.vehicles[instance].velocity_frd)
         state = RigidState(position, quaternion, velocity)
+        if self.scenario.vehicles[instance].motion != "free":
+            body = physics.main_body(instance)
+            model, waves = physics.model.ptr, self._scene.environment.waves
+            state = moving_with_waves(model, body, state, waves, self._start_time)
         physics.reader(instance).write(physics.data.qpos, physics.data.qvel, state)
 
     def action_spec(self, physics: DockingPhysics) -> Any:
@@ -455,8 +469,9 @@ def build(
                 f"the docking task needs vehicle {role!r}; the scenario has: "
                 f"{', '.join(scenario.vehicles)}"
             )
-    physics = DockingPhysics.from_mjmodel(compile_scene(scenario).model)
-    task = Docking(scenario, settings, scenario.task.name == "dock", random)
+    scene = compile_scene(scenario)
+    physics = DockingPhysics.from_mjmodel(scene.model)
+    task = Docking(scene, settings, scenario.task.name == "dock", random)
     options = {"time_limit": scenario.duration, **(environment_kwargs or {})}
     return control.Environment(
         physics,
