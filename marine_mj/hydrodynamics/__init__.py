@@ -1,16 +1,21 @@
 """Hydrodynamic coefficients, native kernels and the model loader."""
 
+from marine_mj.hydrodynamics.check import Check, check_model
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
 from marine_mj.hydrodynamics.loader import compile_spec, load, load_xml, write_environment
 from marine_mj.hydrodynamics.pack import BodySettings, pack_table
+from marine_mj.hydrodynamics.prescribed import place_prescribed_bodies
 
 __all__ = [
     "BodyCoefficients",
     "BodySettings",
+    "Check",
+    "check_model",
     "compile_spec",
     "load",
     "load_xml",
     "pack_table",
+    "place_prescribed_bodies",
     "read_coefficients",
     "write_environment",
 ]

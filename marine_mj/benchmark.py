@@ -1,0 +1,195 @@
+"""Speed of the physics, as ratios and rates measured in one run on the machine at hand."""
+
+import os
+import platform
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+
+import mujoco
+import numpy as np
+from mujoco import batch
+
+from marine_mj import scene
+from marine_mj.environment import Environment, irregular_sea
+from marine_mj.hydrodynamics import load, place_prescribed_bodies
+from marine_mj.library import find_model
+from marine_mj.scenario import Scenario
+
+#: Rounds of interleaved measurements; the best of each case counts (least disturbed).
+ROUNDS = 15
+STEPS = 3000
+TIMESTEP = 0.005
+
+
+@dataclass(frozen=True)
+class Row:
+    """One measurement; `ok` is None where no bar is set."""
+
+    case: str
+    metric: str
+    value: float
+    unit: str
+    bar: float | None = None
+    ok: bool | None = None
+
+
+def _at_least(case: str, metric: str, value: float, unit: str, bar: float) -> Row:
+    return Row(case, metric, value, unit, bar, bool(value >= bar))
+
+
+def _at_most(case: str, metric: str, value: float, unit: str, bar: float) -> Row:
+    return Row(case, metric, value, unit, bar, bool(value <= bar))
+
+
+def machine() -> str:
+    """Machine, versions and settings of the measurement, one line."""
+    name = platform.processor() or platform.machine()
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as lines:
+            name = next(line.split(":")[1].strip() for line in lines if "model name" in line)
+    except (OSError, StopIteration):
+        pass
+    return (
+        f"{name}, {os.cpu_count()} cores, MuJoCo {mujoco.__version__}, Python "
+        f"{platform.python_version()}; implicitfast, {TIMESTEP * 1000:g} ms, best of {ROUNDS}"
+    )
+
+
+def _start(model: mujoco.MjModel, depth: float = 3.0) -> mujoco.MjData:
+    """A body in motion below the surface."""
+    data = mujoco.MjData(model)
+    data.qpos[2] = -depth
+    data.qvel[:6] = [0.1, 0.1, 0.1, 0.1, 0.2, 0.1]
+    return data
+
+
+def _seconds(model: mujoco.MjModel, data: mujoco.MjData, steps: int = STEPS) -> float:
+    """Wall time of one step, s."""
+    mujoco.mj_step(model, data, 20)
+    begin = time.perf_counter()
+    mujoco.mj_step(model, data, steps)
+    return (time.perf_counter() - begin) / steps
+
+
+def _single_vehicle() -> list[Row]:
+    """One AUV: plain `mj_step` of the same model against calm water and waves."""
+    spec = mujoco.MjSpec.from_file(str(find_model("scout")))
+    for numeric in list(spec.numerics):
+        spec.delete(numeric)
+    spec.option.timestep = TIMESTEP
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    sea = Environment(waves=irregular_sea(1.1, 5.515, components=100, seed=1))
+    point = {"hull": {"strips": False}}
+    models = {
+        "plain": spec.compile(),
+        "auv_calm": load("scout", settings=point),
+        "auv_calm_strips": load("scout"),
+        "auv_waves_100": load("scout", sea, point),
+        "auv_waves_100_strips": load("scout", sea),
+    }
+    models["plain"].opt.gravity[:] = 0  # it would fall out of the numbers' range
+    best = dict.fromkeys(models, np.inf)
+    for _ in range(ROUNDS):
+        for name, model in models.items():
+            best[name] = min(best[name], _seconds(model, _start(model)))
+    plain = best["plain"]
+    ratio = {name: seconds / plain for name, seconds in best.items()}
+    unit, metric = "1", "ratio_to_plain_mj_step"
+    return [
+        Row("auv_plain", "time_per_step", plain * 1e6, "us"),
+        _at_most("auv_calm", metric, ratio["auv_calm"], unit, 1.25),
+        Row("auv_calm", "steps_per_second", 1 / best["auv_calm"], "1/s"),
+        Row("auv_calm_strips", metric, ratio["auv_calm_strips"], unit),
+        _at_most("auv_waves_100", metric, ratio["auv_waves_100"], unit, 2.3),
+        Row("auv_waves_100_strips", metric, ratio["auv_waves_100_strips"], unit),
+    ]
+
+
+def _docking_scene() -> list[Row]:
+    """AUV with strips, USV, cradle, 100 components: on the approach and pressed into the seat."""
+    rows = []
+    for motion in ("dynamic", "rao"):
+        settings = Scenario.load("docking_demo").with_values({"vehicles.usv.motion": motion})
+        model = scene.compile_scene(settings).model
+        approach, contact = np.inf, np.inf
+        contacts = 0
+        for _ in range(ROUNDS):
+            data = mujoco.MjData(model)
+            approach = min(approach, _seconds(model, data))
+            data = _seated(model)
+            contact = min(contact, _seconds(model, data, 1000))
+            contacts = data.ncon
+        case = f"docking_scene_{motion}"
+        rows.append(_at_least(case, "steps_per_second", 1 / approach, "1/s", 30_000))
+        rows.append(Row(f"{case}_contact", "contacts", contacts, "1"))
+        rows.append(_at_least(f"{case}_contact", "steps_per_second", 1 / contact, "1/s", 30_000))
+    return rows
+
+
+def _seated(model: mujoco.MjModel) -> mujoco.MjData:
+    """The AUV pushed up into the cradle by its own thrusters."""
+    data = mujoco.MjData(model)
+    place_prescribed_bodies(model, data)
+    mujoco.mj_forward(model, data)
+    joint = model.joint("auv/free")
+    seat = data.site("usv/dock/seat").xpos
+    data.qpos[joint.qposadr[0] :][:7] = [*seat[:2], seat[2] - 0.02, 1, 0, 0, 0]
+    body = model.body("auv/hull").id
+    data.xfrc_applied[body, 2] = 60.0
+    mujoco.mj_step(model, data, 200)
+    return data
+
+
+def _batch() -> list[Row]:
+    """Gain of the second thread in `mujoco.batch.Batch`."""
+    sea = Environment(waves=irregular_sea(1.1, 5.515, components=100, seed=1))
+    model = load("scout", sea)
+    pools = {threads: batch.Batch(model, 64, nthread=threads) for threads in (1, 2)}
+    best = dict.fromkeys(pools, np.inf)
+    for pool in pools.values():
+        pool.bind("qpos")[:, 2] = -3.0
+    for _ in range(ROUNDS):
+        for threads, pool in pools.items():
+            begin = time.perf_counter()
+            pool.step(nstep=200)
+            best[threads] = min(best[threads], time.perf_counter() - begin)
+    return [
+        Row("batch_1_thread", "steps_per_second", 64 * 200 / best[1], "1/s"),
+        _at_least("batch_2_threads", "ratio_to_1_thread", best[1] / best[2], "1", 1.85),
+    ]
+
+
+def _first_step() -> list[Row]:
+    """Start of the command line to the first step of the demo scenario, kernels cached."""
+    command = [sys.executable, "-m", "marine_mj.cli", "run", "docking_demo", "--first-step"]
+    best = np.inf
+    for _ in range(3):
+        begin = time.perf_counter()
+        subprocess.run(command, check=True, capture_output=True)
+        best = min(best, time.perf_counter() - begin)
+    return [_at_most("command_line", "start_to_first_step", best, "s", 3.0)]
+
+
+CASES: dict[str, Callable[[], list[Row]]] = {
+    "one vehicle": _single_vehicle,
+    "docking scene": _docking_scene,
+    "batch": _batch,
+    "command line": _first_step,
+}
+
+
+def run(progress: Callable[[str], None] | None = None) -> list[dict]:
+    """Rows {case, metric, value, unit, bar, ok} of all cases, measured now.
+
+    Args:
+        progress: called with the name of each case before it runs.
+    """
+    rows: list[Row] = []
+    for name, case in CASES.items():
+        if progress is not None:
+            progress(name)
+        rows += case()
+    return [asdict(row) for row in rows]
