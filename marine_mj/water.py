@@ -73,7 +73,7 @@ def elevation(waves: Waves, x: ArrayLike, y: ArrayLike, time: float) -> NDArray[
 
 
 #: Cells grow by the first factor up to MIDDLE m from the centre, by the second beyond.
-GROWTH, MIDDLE = (1.12, 1.6), 60.0
+GROWTH, MIDDLE = (1.16, 1.6), 60.0
 
 
 def sheet_axis(spacing: float, core: float, radius: float) -> NDArray[np.float64]:
@@ -94,7 +94,7 @@ def texel_axis(axis: NDArray, core: float) -> tuple[NDArray[np.float64], NDArray
     """Texel coordinates (m,) in m and the texel (n,) at each grid line: more texels per cell
     where the cells are near."""
     middle = 0.5 * np.abs(axis[1:] + axis[:-1])
-    count = np.where(middle < core, 3, np.where(middle < 2 * core, 2, 1))
+    count = np.where(middle < core, 4, np.where(middle < 2 * core, 2, 1))
     index = np.concatenate([[0], np.cumsum(count)])
     return np.interp(np.arange(index[-1] + 1), index, axis), index
 
@@ -104,8 +104,8 @@ def add_scenery(
     *,
     size: tuple[int, int] = (960, 540),
     seabed_depth: float = 10.0,
-    spacing: float = 0.5,
-    core: float = 11.0,
+    spacing: float = 0.6,
+    core: float = 10.0,
     radius: float = 2500.0,
     palette: Palette | None = None,
 ) -> None:

@@ -45,6 +45,12 @@ class Shader:
         fade = np.clip(1.3 - np.gradient(axis) / 0.8, 0.0, 1.0)
         rough = RIPPLE * np.clip(0.35 + self.height, 0.35, 1.0)
         self._fade = (rough * fade[:, None] * fade[None, :]).astype(np.float32)
+        # Further out, where cells carry only the long waves, broader ripples stand for the rest.
+        spacing = np.gradient(axis)
+        near = np.clip((spacing - 0.15) / 0.6, 0, 1)
+        far = np.clip(1.6 - spacing / 14.0, 0, 1)
+        broad = far[:, None] * far[None, :] * np.maximum(near[:, None], near[None, :])
+        self._broad = (min(0.055 * self.height, 0.11) * broad).astype(np.float32)
         # Coarse texels would turn glitter into blotches.
         self._sharp = (0.15 + 0.85 * fade[:, None] * fade[None, :]).astype(np.float32)
         # The sky that a facet mirrors depends on its elevation only: one table.
@@ -66,10 +72,11 @@ class Shader:
         return tile[rows[:, None], columns[None, :]]
 
     def _normals(self, slope: tuple[Float, Float], time: float) -> tuple[Float, Float, Float]:
-        """Unit normals (upwards) of waves plus two drifting layers of ripples."""
+        """Unit normals (upwards) of waves plus three drifting layers of ripples."""
         drifts = ((0.45 * time, 0.25 * time), (-0.2 * time, 0.5 * time))
         s = [
             slope[i]
+            + self._broad * self._tile(self._tiles[i], 0.075, (1.5 * time, 0.8 * time))
             + self._fade
             * (
                 self._tile(self._tiles[i], 1.0, drifts[0])
