@@ -24,6 +24,7 @@ from marine_mj.controllers import (
 )
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
+from marine_mj.hydrodynamics import place_prescribed_bodies
 from marine_mj.scenario import Scenario
 from marine_mj.scene import Scene, compile_scene
 from marine_mj.settings import Settings
@@ -292,6 +293,7 @@ class Docking(MarineTask):
         physics.data.time = self._start_time
         for instance in physics.vehicles:
             self._place(physics, instance)
+        place_prescribed_bodies(physics.model.ptr, physics.data.ptr)
         super().initialize_episode(physics)
 
     def _place(self, physics: DockingPhysics, instance: str) -> None:
