@@ -285,7 +285,8 @@ class Docking(MarineTask):
         self._pilot_state = self._pilot.initial()
         self._latch_state = self._latch.initial()
         self._wrench, self._target = np.zeros(6), np.zeros(3)
-        self._peak, self._capture, self._latch_time = 0.0, {}, np.inf
+        self._capture: dict[str, float] = {}
+        self._peak, self._latch_time = 0.0, np.inf
         self._crashed, self._height, self._entries = False, -np.inf, 0
         self._start_time = 0.0
         if self.settings.random_start_time:
