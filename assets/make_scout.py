@@ -31,12 +31,12 @@ def hull_between(aft: float, fore: float, extra: float = 0.0, count: int = 24):
 
 def nacelle():
     """Port side: two foils with a rounded end plate, the guard of two thrusters."""
-    span, half_height = 0.265, 0.082
+    span, half_height = 0.305, 0.082
     upper = place(foil(0.12, span, 0.014), (0, 0.085, half_height))
     lower = place(foil(0.12, span, 0.014), (0, 0.085, -half_height))
     middle = place(foil(0.10, span, 0.012), (0, 0.085, 0.0))
     plate = place(foil(0.12, 2 * half_height, 0.012), (0, 0, 0), (1, 0, 0), 90)
-    plate = place(plate, (0, 0.354, -half_height))
+    plate = place(plate, (0, 0.394, -half_height))
     return join(upper, lower, middle, plate)
 
 

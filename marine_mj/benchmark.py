@@ -14,7 +14,7 @@ from mujoco import batch
 
 from marine_mj import scene
 from marine_mj.environment import Environment, irregular_sea
-from marine_mj.hydrodynamics import load, place_prescribed_bodies
+from marine_mj.hydrodynamics import load, start_in_waves
 from marine_mj.library import find_model
 from marine_mj.scenario import Scenario
 
@@ -132,7 +132,7 @@ def _docking_scene() -> list[Row]:
 def _seated(model: mujoco.MjModel) -> mujoco.MjData:
     """The AUV pushed up into the cradle by its own thrusters."""
     data = mujoco.MjData(model)
-    place_prescribed_bodies(model, data)
+    start_in_waves(model, data)
     mujoco.mj_forward(model, data)
     joint = model.joint("auv/free")
     seat = data.site("usv/dock/seat").xpos

@@ -174,7 +174,7 @@ def _follow(actor: Actor, states: States, waves: Waves, abeam: bool) -> list[Pos
     target = smooth(actor.position, states, 1.2)
     heading = _unit(smooth(actor.heading, states, 1.5 if not abeam else 20.0))
     direction = _turned(heading, -90.0 if abeam else 152.0)
-    reach = 3.0 * actor.radius + 0.5
+    reach = 2.3 * actor.radius + 0.5
     position = np.empty_like(target)
     position[:, :2] = target[:, :2] + reach * direction
     position[:, 2] = target[:, 2] + (0.22 if abeam else 0.36) * reach
@@ -196,7 +196,7 @@ def _watch(
     middle = 0.5 * (near + dock)
     apart = np.linalg.norm(near - dock, axis=1)
     heading = _unit(smooth(carrier.heading, states, 6.0))
-    reach = 1.9 * actor.radius + 0.55 * carrier.radius + 1.1 * smooth(apart, states, 2.0) + 0.6
+    reach = 1.9 * actor.radius + 0.55 * carrier.radius + 0.8 * smooth(apart, states, 2.0) + 0.6
     position = np.empty_like(middle)
     position[:, :2] = middle[:, :2] + reach[:, None] * _turned(heading, -68.0)
     position[:, 2] = smooth(np.minimum(near[:, 2], dock[:, 2]) - 0.12 * reach, states, 1.5)

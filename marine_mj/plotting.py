@@ -220,7 +220,7 @@ def _components(axis: Axes, data: Any, name: str, labels: tuple[str, ...]) -> No
         right.tick_params(labelsize=7)
         handles = [*axis.get_lines(), *right.get_lines()]
         handles = [line for line in handles if not str(line.get_label()).startswith("_")]
-        axis.legend(handles, [str(line.get_label()) for line in handles])
+        axis.legend(handles, [str(line.get_label()) for line in handles], ncols=2)
     elif any(labels):
         axis.legend()
 
@@ -256,10 +256,10 @@ def _forces_of(vehicle: int) -> Callable[[Axes, Any], None]:
         dimension = data["wrench"].dims[2]
         known = dimension in data.coords
         names = data[dimension].values if known else range(force.shape[1])
-        for i in np.argsort(-force.max(axis=0))[:8]:
+        for rank, i in enumerate(np.argsort(-force.max(axis=0))[:8]):
             if force[:, i].max() > 1e-6:
                 label = str(names[i]).replace("_", " ")
-                axis.plot(_time(data), force[:, i], color=COLORS[i % 8], label=label, **_STYLE)
+                axis.plot(_time(data), force[:, i], color=COLORS[rank], label=label, **_STYLE)
         # Weight and thrust may differ by a thousand: logarithmic where linear hides the small.
         peaks = force.max(axis=0)[force.max(axis=0) > 1e-6]
         if peaks.max() > 50 * np.median(peaks):

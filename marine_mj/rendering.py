@@ -288,7 +288,7 @@ class SceneRenderer:
         towards = (0.2, -0.2, 0.96) if under else self.water.palette.sun
         model.light_dir[self._sun] = -np.asarray(towards)
         headlight = model.vis.headlight
-        headlight.ambient[:] = (0.34, 0.45, 0.46) if under else (0.40, 0.42, 0.45)
+        headlight.ambient[:] = (0.42, 0.50, 0.50) if under else (0.40, 0.42, 0.45)
         headlight.diffuse[:] = (0.26, 0.32, 0.32) if under else (0.14, 0.14, 0.14)
         headlight.specular[:] = 0.1
         flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0

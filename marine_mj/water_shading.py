@@ -131,8 +131,8 @@ class Shader:
         color = deep + (scatter - deep) * np.clip(crest, 0, 1)[..., None]
         color += (sky - color) * mirror[..., None]
         sun = sum(r * s for r, s in zip(reflected, palette.sun, strict=True))
-        glitter = np.maximum(sun, 0) ** 60
-        color += (0.75 * glitter * self._sharp)[..., None] * np.array([1.0, 0.96, 0.86], np.float32)
+        glitter = np.maximum(sun, 0) ** 90
+        color += (0.55 * glitter * self._sharp)[..., None] * np.array([1.0, 0.96, 0.86], np.float32)
         if self.height > 0.6:
             foam = self._foam(elevation)
             color += (np.array(palette.foam, np.float32) - color) * foam[..., None]
@@ -141,11 +141,11 @@ class Shader:
         return color
 
     def _foam(self, elevation: Float) -> Float:
-        """Cover (n, n) of foam: streaky, on crests above 0.45 H_s."""
+        """Cover (n, n) of foam: streaky, on crests above half the significant height."""
         pattern = self._tile(self._foam_tile, 0.8, (0, 0)) * 0.5 + self._tile(
             self._foam_tile, 0.21, (0, 0)
         )
-        return 0.85 * ramp(elevation / self.height + 0.13 * pattern, 0.52, 0.8)
+        return 0.75 * ramp(elevation / self.height + 0.13 * pattern, 0.6, 0.9)
 
     def _from_below(self, nz: Float, facing: Float, down: Float) -> Float:
         """`facing`: cosine between the surface's normal and the ray towards the camera."""

@@ -4,7 +4,7 @@ from marine_mj.hydrodynamics.check import Check, check_model
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
 from marine_mj.hydrodynamics.loader import compile_spec, load, load_xml, write_environment
 from marine_mj.hydrodynamics.pack import BodySettings, pack_table
-from marine_mj.hydrodynamics.prescribed import place_prescribed_bodies
+from marine_mj.hydrodynamics.start import start_in_waves
 
 __all__ = [
     "BodyCoefficients",
@@ -15,7 +15,7 @@ __all__ = [
     "load",
     "load_xml",
     "pack_table",
-    "place_prescribed_bodies",
+    "start_in_waves",
     "read_coefficients",
     "write_environment",
 ]

@@ -178,13 +178,16 @@ def _free_root(model: mujoco.MjModel, body: int) -> bool:
     )
 
 
-def _prescribed(
+def _path(
     model: mujoco.MjModel, table: _Table, body: BodyCoefficients, index: int, waves: WaveField
-) -> list[Array]:
-    """Element that plays back motion RAOs about the pose at qpos0."""
+) -> list[float]:
+    """Where RAO motion goes on about the pose at qpos0: x, y, z, yaw, offset of the amplitudes.
+
+    The amplitudes (6, 2, N) are complex pose deviations in the reference heading's level axes.
+    """
     if not _free_root(model, index):
         raise ModelError(
-            f"motion 'rao' of {body.name!r} needs a free joint of its own on a body of the world"
+            f"motion of {body.name!r} in waves needs a free joint of its own on a body of the world"
         )
     address = model.jnt_qposadr[model.body_jntadr[index]]
     pose = model.qpos0[address : address + 7]
@@ -194,21 +197,17 @@ def _prescribed(
     along = np.cos(waves.direction) * pose[0] + np.sin(waves.direction) * pose[1]
     amplitude = amplitude * np.exp(1j * (waves.wavenumber * along + waves.phase))
     offset = table.add(np.stack([amplitude.real, amplitude.imag], axis=1))
-    height = body.equilibrium_height
-    kappa = PRESCRIBED_INERTIA
-    return [np.array([pose[0], pose[1], height, yaw, offset, kappa, kappa])]
+    return [pose[0], pose[1], body.equilibrium_height, yaw, offset]
 
 
-def _excitation(table: _Table, body: BodyCoefficients, waves: WaveField) -> list[Array]:
-    """Element with the exciting forces for all headings."""
-    if not len(waves.omega):
-        return []
+def _exciting_forces(table: _Table, body: BodyCoefficients, waves: WaveField) -> list[float]:
+    """Number of headings and offset of the exciting forces (HEADINGS, 6, 2, N)."""
     blocks = []
     for heading in range(HEADINGS):
         yaw = 2 * np.pi * heading / HEADINGS
         force = responses(str(body.wave_database), "force", waves, yaw)
         blocks.append(np.stack([force.real, force.imag], axis=1))
-    return [np.array([HEADINGS, table.add(np.stack(blocks))])]
+    return [HEADINGS, table.add(np.stack(blocks))]
 
 
 def _elements(
@@ -227,11 +226,14 @@ def _elements(
             [body.restoring.ravel(), [body.equilibrium_height, weight], center]
         )
         found.append((t_.RESTORING, data))
-    if motion == "dynamic":
-        found += [(t_.EXCITATION, q) for q in _excitation(table, body, environment.waves)]
+    waves = environment.waves
+    if motion == "dynamic" and len(waves.omega):
+        path = _path(model, table, body, index, waves)
+        found.append((t_.EXCITATION, np.array([*path, *_exciting_forces(table, body, waves)])))
     elif motion == "rao":
-        q = _prescribed(model, table, body, index, environment.waves)
-        found += [(t_.PRESCRIBED, data) for data in q]
+        path = _path(model, table, body, index, waves)
+        kappa = PRESCRIBED_INERTIA
+        found.append((t_.PRESCRIBED, np.array([*path, kappa, kappa])))
     if body.wind is not None and np.any(environment.wind.velocity):
         found.append((t_.WIND, body.wind))
     for tank in body.tanks:
@@ -273,6 +275,8 @@ def _record(
     p[t_.B_CB : t_.B_CB + 3] = body.center_of_buoyancy
     p[t_.B_FROUDE_KRYLOV] = settings.froude_krylov
     p[t_.B_CONVECTIVE] = settings.convective
+    # force RAOs already hold what the orbital motion does to the hull
+    p[t_.B_ORBITAL] = motion == "free"
     quadratic = body.quadratic_damping
     half_height = body.submergence_height
     if body.strips is not None and settings.strips:

@@ -8,7 +8,7 @@ from dm_control.rl import control
 from dm_control.utils import containers, rewards
 from pydantic import Field
 
-from marine_mj import frames
+from marine_mj import frames, hydrodynamics
 from marine_mj.controllers import (
     DockFrames,
     DockingGuidance,
@@ -24,13 +24,11 @@ from marine_mj.controllers import (
 )
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
-from marine_mj.hydrodynamics import place_prescribed_bodies
 from marine_mj.scenario import Scenario
 from marine_mj.scene import Scene, compile_scene
 from marine_mj.settings import Settings
 from marine_mj.tasks.base import MarineTask, Signal, from_unit, symmetric_spec
 from marine_mj.tasks.physics import MarinePhysics
-from marine_mj.tasks.start import moving_with_waves
 from marine_mj.weather import significant_height
 
 SUITE = containers.TaggedTasks()
@@ -250,7 +248,6 @@ class Docking(MarineTask):
     ) -> None:
         super().__init__(random=random)
         self.scenario, self.settings, self.closed_loop = scene.scenario, settings, closed_loop
-        self._scene = scene
         self._pilot: DockingPilot | None = None
 
     @property
@@ -294,7 +291,7 @@ class Docking(MarineTask):
         physics.data.time = self._start_time
         for instance in physics.vehicles:
             self._place(physics, instance)
-        place_prescribed_bodies(physics.model.ptr, physics.data.ptr)
+        hydrodynamics.start_in_waves(physics.model.ptr, physics.data.ptr)
         super().initialize_episode(physics)
 
     def _place(self, physics: DockingPhysics, instance: str) -> None:
@@ -309,10 +306,6 @@ class Docking(MarineTask):
             quaternion = frames.quaternion_multiply(turned, quaternion)
         velocity = frames.flip(self.scenario.vehicles[instance].velocity_frd)
         state = RigidState(position, quaternion, velocity)
-        if self.scenario.vehicles[instance].motion != "free":
-            body = physics.main_body(instance)
-            model, waves = physics.model.ptr, self._scene.environment.waves
-            state = moving_with_waves(model, body, state, waves, self._start_time)
         physics.reader(instance).write(physics.data.qpos, physics.data.qvel, state)
 
     def action_spec(self, physics: DockingPhysics) -> Any:

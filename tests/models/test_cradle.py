@@ -67,14 +67,13 @@ def dock(model, x, y, z=-1.45, roll=0.0, pitch=0.0, yaw=0.0, speed=0.0, push=PUS
     return distance, angle, forbidden, deepest
 
 
-# Capture limits: surge 0.4 m, sway 0.3 m, pitch and yaw 10 deg. Not all at once: surge with sway
-# and pitch, or surge with yaw and half the sway (models/cradle/README.md).
+# Capture limits: surge 0.4 m, sway 0.3 m, pitch and yaw 10 deg; with yaw off, sway 0.15 m
+# (models/cradle/README.md).
 CASES = [
     *product((-0.4, 0.0, 0.4), (-0.3, 0.0, 0.3), (0,), (0,)),
     *product((-0.4, 0.4), (0.0, 0.3), (-10, 10), (0,)),
-    *product((-0.4, 0.4), (0.0, 0.15), (0,), (-10, 10)),
-    *product((-0.4, 0.0, 0.4), (0.0,), (10,), (-10, 10)),
-    *product((0.0,), (-0.3, 0.3), (-10,), (-10, 10)),
+    *product((-0.4, 0.4), (0.15,), (-10, 0, 10), (-10, -5, 5, 10)),
+    *product((0.0,), (0.0,), (-10, 10), (-10, 10)),
 ]
 
 
@@ -85,8 +84,8 @@ def test_every_start_within_the_capture_limits_ends_in_the_seat(model, x, y, pit
     )
     assert not forbidden
     assert distance < 0.05  # worst 0.008 m
-    assert angle < np.radians(3.0)  # worst 1.0 deg
-    assert deepest < 0.01  # worst 2.3 mm
+    assert angle < np.radians(3.0)  # worst 0.6 deg
+    assert deepest < 0.01  # worst 3.4 mm
 
 
 @pytest.mark.parametrize("x, y, z", [(0.0, 0.0, -0.75), (0.35, 0.0, -1.0), (0.2, 0.25, -1.2)])

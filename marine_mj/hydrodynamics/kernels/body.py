@@ -80,8 +80,8 @@ def _water_at_body(table, p, R, x, time, points, wet, nu_w, acc_w):
         for i in range(3):
             first[i] = x[i]
             step[i] = 0.0
-    convective = p[t_.B_CONVECTIVE] > 0.0
-    water_row(table, first, step, count, time, convective, points)
+    orbital, convective = p[t_.B_ORBITAL] > 0.0, p[t_.B_CONVECTIVE] > 0.0
+    water_row(table, first, step, count, time, orbital, convective, points)
 
     # world to body axes, in place
     for j in range(count):

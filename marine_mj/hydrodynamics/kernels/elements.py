@@ -89,8 +89,9 @@ def _phasor_sum(real, imaginary, cosine, sine, n):
 def excitation(table, q, R, x, y, time, f):
     """Wave-exciting wrench of a floating body from its force RAOs.
 
-    q: number of headings H, offset of (H, 6, 2, components): complex force per component for the
-    headings 2 pi h / H (NWU yaw), in the heading frame, phase taken at the body origin.
+    q: path (5, where a run starts, not used here), number of headings H, offset of
+    (H, 6, 2, components): complex force per component for the headings 2 pi h / H (NWU yaw), in
+    the heading frame, phase taken at the body origin.
     """
     n = int(table[t_.E_WAVES])
     if n == 0:
@@ -98,7 +99,7 @@ def excitation(table, q, R, x, y, time, f):
     work = scratch(_PHASORS)
     cosine, sine = work, advance(work, _WAVES)
     phasors(table, x, y, time, cosine, sine)
-    headings = int(q[0])
+    headings = int(q[5])
     place = math.atan2(R[3], R[0]) / (2.0 * math.pi) * headings
     lower = math.floor(place)
     fraction = place - lower
@@ -109,7 +110,7 @@ def excitation(table, q, R, x, y, time, f):
         share = fraction if side == 1 else 1.0 - fraction
         if share > 0.0:
             heading = (int(lower) + side) % headings
-            data = advance(table, int(q[1]) + heading * 12 * n)
+            data = advance(table, int(q[6]) + heading * 12 * n)
             for i in range(6):
                 real = advance(data, 2 * i * n)
                 w[i] += share * _phasor_sum(real, advance(real, n), cosine, sine, n)

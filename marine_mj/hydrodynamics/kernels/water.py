@@ -240,13 +240,15 @@ def _multiply(n, factor, values):
 
 
 @njit(fastmath=FAST)
-def water_row(table, first, step, count, time, convective, out):
+def water_row(table, first, step, count, time, orbital, convective, out):
     """Water velocity and acceleration at a row of points.
 
     Args:
         first: position (3) of the first point, world, m.
         step: vector (3) to the next point, world, m.
         count: number of points.
+        orbital: with the orbital motion of the waves; without, the current alone.
+        convective: material acceleration instead of the local one.
         out: (count, 6): velocity [m/s] and material (or local) acceleration [m/s2], world.
     """
     # one allocation per array: the compiler then knows that they do not overlap
@@ -258,7 +260,7 @@ def water_row(table, first, step, count, time, convective, out):
     for i in range(5):
         gradient[i] = 0.0
     n = int(table[t_.E_WAVES])
-    if n == 0:
+    if n == 0 or not orbital:
         for j in range(count):
             point = advance(out, POINT * j)
             for i in range(POINT):

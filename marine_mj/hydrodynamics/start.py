@@ -1,4 +1,4 @@
-"""Bodies with prescribed motion: where their path begins."""
+"""Floating bodies start a run as if they had been in these waves for long."""
 
 from collections.abc import Iterator
 
@@ -10,21 +10,21 @@ from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.native import table_of
 
 
-def _elements(table: Array, kind: float) -> Iterator[tuple[int, Array]]:
-    """(body, parameters) of every element of a kind."""
+def _elements(table: Array) -> Iterator[tuple[int, Array]]:
+    """(body, parameters) of every element that knows the motion RAOs of its body."""
     place = int(table[t_.H_FIRST_BODY])
     for _ in range(int(table[t_.H_BODIES])):
         element = int(table[place + t_.B_ELEMENT_DATA])
         for _ in range(int(table[place + t_.B_ELEMENTS])):
             size = int(table[element + t_.EL_SIZE])
-            if table[element + t_.EL_KIND] == kind:
+            if table[element + t_.EL_KIND] in (t_.PRESCRIBED, t_.EXCITATION):
                 yield int(table[place + t_.B_BODY]), table[element + t_.EL_DATA : element + size]
             element += size
         place += int(table[place + t_.B_SIZE])
 
 
-def prescribed_pose(table: Array, q: Array, time: float) -> tuple[Array, Array]:
-    """Position (3,) NWU and attitude (4,) wxyz of a PRESCRIBED element `q` at `time` [s]."""
+def wave_pose(table: Array, q: Array, time: float) -> tuple[Array, Array]:
+    """Position (3,) NWU and attitude (4,) wxyz that the RAOs of an element `q` give at `time` [s]."""
     n = int(table[t_.E_WAVES])
     start = int(table[t_.E_WAVE_DATA]) + t_.W_OMEGA * n
     omega = table[start : start + n]
@@ -36,20 +36,22 @@ def prescribed_pose(table: Array, q: Array, time: float) -> tuple[Array, Array]:
     return position, quaternion_from_euler(x[3:] + np.array([0.0, 0.0, q[3]]))
 
 
-def place_prescribed_bodies(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Put every body with prescribed motion on its path at `data.time`, with the path's velocity.
+def start_in_waves(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Give every floating body with RAOs the pose and velocity of its steady motion at `data.time`.
 
-    Call it after a reset: from anywhere else the body would jump onto its path in one step, and
-    whatever touches it would be thrown away. Nothing happens on a model without such bodies.
+    Call it after a reset. Without it a body with prescribed motion jumps onto its path in the first
+    step and throws away what touches it; a dynamic one starts at rest in waves that are there
+    already, and drifts for as long as its small surge damping takes to forget that. Nothing happens
+    on a model without such bodies.
     """
     table = table_of(model)
     step = 1e-4
-    for body, q in _elements(table, t_.PRESCRIBED):
+    for body, q in _elements(table):
         joint = model.body_jntadr[body]
         address, dof = model.jnt_qposadr[joint], model.jnt_dofadr[joint]
-        position, quaternion = prescribed_pose(table, q, data.time)
-        before = prescribed_pose(table, q, data.time - step)
-        after = prescribed_pose(table, q, data.time + step)
+        position, quaternion = wave_pose(table, q, data.time)
+        before = wave_pose(table, q, data.time - step)
+        after = wave_pose(table, q, data.time + step)
         data.qpos[address : address + 3] = position
         data.qpos[address + 3 : address + 7] = quaternion
         data.qvel[dof : dof + 3] = (after[0] - before[0]) / (2 * step)
