@@ -16,6 +16,7 @@ FRAMED = {
     "linear_damping": (6, 36),
     "quadratic_damping": (6, 36),
     "quadratic_damping_lumped": (6, 36),
+    "viscous_damping": (6, 36),
     "restoring": (6, 36),
     "strip_drag": (2,),
 }
@@ -79,6 +80,7 @@ class BodyCoefficients:
     linear_damping: Array = field(default_factory=lambda: ZERO)
     quadratic_damping: Array = field(default_factory=lambda: ZERO)
     quadratic_damping_lumped: Array | None = None
+    viscous_damping: Array = field(default_factory=lambda: ZERO)
     displaced_volume: float = 0.0
     buoyancy: float = 0.0
     center_of_buoyancy: Array = field(default_factory=lambda: np.zeros(3))
@@ -92,7 +94,7 @@ class BodyCoefficients:
     reference_speed: Array = field(default_factory=lambda: np.array([2.0, 1.0]))
 
 
-def _matrix(name: str, values: Array, frame: str) -> Array:
+def _matrix(values: Array, frame: str) -> Array:
     """6x6 matrix in FLU of 6, 21 or 36 numbers in the named frame."""
     if values.size == 6:
         matrix = np.diag(values)
@@ -136,6 +138,17 @@ def _check_passive(name: str, quantity: str, matrix: Array) -> None:
         raise ModelError(
             f"{quantity} of {name!r} feeds energy into the body: the smallest eigenvalue of its "
             f"symmetric part is {smallest:g}, allowed is >= 0 (force = -D nu_r): check the signs"
+        )
+
+
+def _check_drag(name: str, quantity: str, matrix: Array) -> None:
+    """Raise if quadratic damping pushes along with the motion: a negative diagonal entry."""
+    diagonal = np.diag(matrix)
+    if diagonal.min() < 0:
+        i = int(diagonal.argmin()) + 1
+        raise ModelError(
+            f"{quantity} of {name!r} feeds energy into the body: D_Q[{i},{i}] = "
+            f"{diagonal.min():g}, allowed is >= 0 (force = -D_Q |nu_r| nu_r): check the signs"
         )
 
 
@@ -190,6 +203,13 @@ def _collect(spec: mujoco.MjSpec) -> dict[str, dict[str, Array]]:
         if not np.isfinite(data).all():
             raise ModelError(f"numeric {numeric.name!r} holds {data}; allowed are finite numbers")
         found.setdefault(owner, {})[quantity] = data
+    for text in spec.texts:
+        owner, _, quantity = text.name.partition(".")
+        if quantity == "wave_database" and owner not in found:
+            raise ModelError(
+                f"text {text.name!r} belongs to the body {owner!r}, which has no hydrodynamic "
+                f"coefficients; bodies that have are {sorted(found)}"
+            )
     return found
 
 
@@ -243,17 +263,16 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
     """Checked coefficients of one body."""
     values, frames = _split(name, raw)
     matrices: dict[str, Array] = {}
-    for quantity in ("added_mass", "linear_damping", "quadratic_damping", "restoring"):
-        if quantity in values:
-            matrices[quantity] = _matrix(name, values[quantity], frames[quantity])
-    if "quadratic_damping_lumped" in values:
-        lumped = values["quadratic_damping_lumped"]
-        matrices["quadratic_damping_lumped"] = _matrix(
-            name, lumped, frames["quadratic_damping_lumped"]
-        )
+    for quantity in FRAMED:
+        if quantity in values and quantity != "strip_drag":
+            matrices[quantity] = _matrix(values[quantity], frames[quantity])
     check_added_mass(name, matrices.setdefault("added_mass", np.zeros((6, 6))))
-    if "linear_damping" in matrices:
-        _check_passive(name, "linear_damping", matrices["linear_damping"])
+    for quantity in ("linear_damping", "viscous_damping"):
+        if quantity in matrices:
+            _check_passive(name, quantity, matrices[quantity])
+    for quantity in ("quadratic_damping", "quadratic_damping_lumped"):
+        if quantity in matrices:
+            _check_drag(name, quantity, matrices[quantity])
     for quantity in ("displaced_volume", "buoyancy", "submergence_height"):
         if quantity in values and values[quantity][0] <= 0:
             raise ModelError(f"{quantity} of {name!r} is {values[quantity][0]:g}, allowed is > 0")
@@ -284,7 +303,9 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
     if "strips" in values:
         strips = _strips(name, values, frames, volume or buoyancy / (1025 * 9.81))
     elif {"strip_drag", "strip_area"} & set(values):
-        raise ModelError(f"{name!r} has strip_drag or strip_area but no strips: add '{name}.strips'")
+        raise ModelError(
+            f"{name!r} has strip_drag or strip_area but no strips: add '{name}.strips'"
+        )
     return BodyCoefficients(
         name=name,
         **matrices,

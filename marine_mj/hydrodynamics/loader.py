@@ -1,6 +1,8 @@
 """From MJCF with hydrodynamic coefficients to a model that steps with plain `mj_step`."""
 
+import difflib
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 
 import mujoco
@@ -11,7 +13,7 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
-from marine_mj.hydrodynamics.native import table_of
+from marine_mj.hydrodynamics.native import install, table_of
 from marine_mj.hydrodynamics.pack import BodySettings, pack_table
 from marine_mj.hydrodynamics.stability import check_timestep
 from marine_mj.library import find_model
@@ -92,10 +94,21 @@ def _rescale_contacts(model: mujoco.MjModel) -> None:
 
 def _settings(settings: Settings | None) -> dict[str, BodySettings]:
     """Settings by body name as dataclasses."""
-    return {
-        name: value if isinstance(value, BodySettings) else BodySettings(**value)
-        for name, value in (settings or {}).items()
-    }
+    known = [field.name for field in fields(BodySettings)]
+    chosen = {}
+    for name, value in (settings or {}).items():
+        if not isinstance(value, BodySettings):
+            for key in value:
+                if key not in known:
+                    near = difflib.get_close_matches(key, known, 1, 0.5)
+                    hint = f"did you mean {near[0]!r}? " if near else ""
+                    raise ModelError(
+                        f"setting {key!r} of {name!r} is unknown; {hint}there are "
+                        f"{', '.join(known)}"
+                    )
+            value = BodySettings(**value)
+        chosen[name] = value
+    return chosen
 
 
 def _set_numeric(spec: mujoco.MjSpec, values: Array) -> None:
@@ -127,12 +140,18 @@ def compile_spec(
     bodies = read_coefficients(spec)
     if not bodies:
         return spec.compile()
+    install()  # somebody may have removed or replaced the callbacks since the import
     environment = environment or Environment()
     chosen = _settings(settings)
     _refuse_options(spec)
     spec.option.disableflags |= _DISABLE.mjDSBL_AUTORESET
     for body in bodies:
         spec.body(body.name).simple = False
+    if np.any(spec.option.gravity[:2]):
+        raise ModelError(
+            f"gravity of the model is {spec.option.gravity} m/s2, allowed is straight down (0 0 -g)"
+            ": the water lies level"
+        )
     gravity = -spec.option.gravity[2]
     if abs(gravity - environment.gravity) > 1e-9 and gravity != 0:
         raise ModelError(

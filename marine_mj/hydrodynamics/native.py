@@ -10,13 +10,21 @@ from marine_mj.frames import Array
 from marine_mj.hydrodynamics import layout
 from marine_mj.hydrodynamics import table as t_
 
-layout.register()  # before the kernels compile
 
-from marine_mj.hydrodynamics.kernels import callbacks  # noqa: E402
+def _refuse_python_callbacks() -> None:
+    """Raise if a Python function is installed: with one, MuJoCo compiles no model any more."""
+    for name in ("mjcb_passive", "mjcb_act_dyn"):
+        present = getattr(mujoco, f"get_{name}")()
+        if present is not None and _address(present) is None:
+            _refuse(name, present)
 
-_REPORT = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)(
-    callbacks.report.address
-)
+
+def _refuse(name: str, present: object) -> None:
+    """Raise because of somebody else's callback."""
+    raise MarineMjError(
+        f"MuJoCo's {name} is already set to {present!r} and MuJoCo has room for one only: remove "
+        f"it with mujoco.set_{name}(None) before importing marine_mj or loading a marine model"
+    )
 
 
 def _address(callback: object) -> int | None:
@@ -26,8 +34,18 @@ def _address(callback: object) -> int | None:
     return ctypes.cast(callback, ctypes.c_void_p).value
 
 
+_refuse_python_callbacks()
+layout.register()  # before the kernels compile
+
+from marine_mj.hydrodynamics.kernels import callbacks  # noqa: E402
+
+_REPORT = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)(
+    callbacks.report.address
+)
+
+
 def install() -> None:
-    """Install `mjcb_passive` and `mjcb_act_dyn`; called when `marine_mj` is imported.
+    """Install `mjcb_passive` and `mjcb_act_dyn`; called on import and by every marine load.
 
     Raises:
         MarineMjError: another library has installed a callback of its own.
@@ -38,10 +56,7 @@ def install() -> None:
     ):
         present = get()
         if present is not None and _address(present) != ours.address:
-            raise MarineMjError(
-                f"MuJoCo's {name} is already set to {present!r} and MuJoCo has room for one only: "
-                f"remove it with mujoco.set_{name}(None) before importing marine_mj"
-            )
+            _refuse(name, present)
         set_(ours.ctypes)
 
 
@@ -66,7 +81,29 @@ def table_of(model: mujoco.MjModel) -> Array:
             "this model has no hydrodynamics table: make it with marine_mj.load, "
             "marine_mj.load_xml or marine_mj.hydrodynamics.compile_spec"
         )
-    return model.numeric_data[place]
+    table = model.numeric_data[place]
+    if table[t_.H_VERSION] != t_.VERSION:
+        raise ModelError(
+            f"the hydrodynamics table of this model has the layout version "
+            f"{table[t_.H_VERSION]:g}, this marine_mj reads {t_.VERSION:g}: load the model again "
+            "from its MJCF"
+        )
+    if table[t_.H_LENGTH] > len(table):
+        raise ModelError(
+            f"the hydrodynamics table of this model is damaged: it names a length of "
+            f"{table[t_.H_LENGTH]:g} but has {len(table)} numbers: load the model again"
+        )
+    return table
+
+
+def records(table: Array) -> list[Array]:
+    """Views of the body records in a packed table, in its order."""
+    place, found = int(table[t_.H_FIRST_BODY]), []
+    for _ in range(int(table[t_.H_BODIES])):
+        size = int(table[place + t_.B_SIZE])
+        found.append(table[place : place + size])
+        place += size
+    return found
 
 
 def report(model: mujoco.MjModel, data: mujoco.MjData) -> Array:

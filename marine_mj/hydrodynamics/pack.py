@@ -12,7 +12,7 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array, rotation_from_quaternion
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients
-from marine_mj.hydrodynamics.raos import responses
+from marine_mj.hydrodynamics.raos import radiation, responses
 
 Motion = Literal["free", "dynamic", "rao"]
 #: Headings for which the exciting forces of a floating body are tabulated.
@@ -116,12 +116,13 @@ def _environment(table: _Table, environment: Environment) -> Array:
     fixed[t_.E_WAVES] = len(waves.omega)
     fixed[t_.E_WAVE_DATA] = table.add(_wave_rows(waves))
     fixed[t_.E_CREST] = waves.amplitude.sum()
+    # the place is taken without a current, too: tables of other environments have to fit
+    fixed[t_.E_LEVEL_DATA] = table.add(current.levels, current.velocity)
+    fixed[t_.E_KNOT_DATA] = table.add(current.fluctuation)
     if np.any(current.velocity) or len(current.fluctuation):
         fixed[t_.E_LEVELS] = len(current.levels)
-        fixed[t_.E_LEVEL_DATA] = table.add(current.levels, current.velocity)
         fixed[t_.E_KNOTS] = len(current.fluctuation)
         fixed[t_.E_INTERVAL] = current.interval
-        fixed[t_.E_KNOT_DATA] = table.add(current.fluctuation)
     fixed[t_.E_WIND_KNOTS] = len(wind.velocity)
     fixed[t_.E_WIND_INTERVAL] = wind.interval
     fixed[t_.E_WIND_DATA] = table.add(wind.velocity)
@@ -234,7 +235,7 @@ def _elements(
         path = _path(model, table, body, index, waves)
         kappa = PRESCRIBED_INERTIA
         found.append((t_.PRESCRIBED, np.array([*path, kappa, kappa])))
-    if body.wind is not None and np.any(environment.wind.velocity):
+    if body.wind is not None:  # in still air, too: it brakes
         found.append((t_.WIND, body.wind))
     for tank in body.tanks:
         actuator = model.actuator(tank.actuator).id
@@ -275,8 +276,7 @@ def _record(
     p[t_.B_CB : t_.B_CB + 3] = body.center_of_buoyancy
     p[t_.B_FROUDE_KRYLOV] = settings.froude_krylov
     p[t_.B_CONVECTIVE] = settings.convective
-    # force RAOs already hold what the orbital motion does to the hull
-    p[t_.B_ORBITAL] = motion == "free"
+    p[t_.B_SEAKEEPING] = motion == "dynamic"
     quadratic = body.quadratic_damping
     half_height = body.submergence_height
     if body.strips is not None and settings.strips:
@@ -293,8 +293,12 @@ def _record(
     elif body.quadratic_damping_lumped is not None:
         quadratic = body.quadratic_damping_lumped
     p[t_.B_HALF_HEIGHT] = 0.0 if settings.constant_buoyancy else half_height
-    p[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36] = body.added_mass.ravel()
-    p[t_.B_LINEAR : t_.B_LINEAR + 36] = body.linear_damping.ravel()
+    added_mass, linear = body.added_mass, body.linear_damping
+    if motion == "dynamic" and len(environment.waves.omega):
+        added_mass, linear = radiation(str(body.wave_database), environment.waves)
+        linear = linear + body.viscous_damping
+    p[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36] = added_mass.ravel()
+    p[t_.B_LINEAR : t_.B_LINEAR + 36] = linear.ravel()
     p[t_.B_QUADRATIC : t_.B_QUADRATIC + 36] = quadratic.ravel()
     elements = _elements(model, table, body, index, environment, motion)
     p[t_.B_ELEMENTS] = len(elements)

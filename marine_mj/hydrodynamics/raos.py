@@ -53,6 +53,46 @@ def _read(path: Path, response: str) -> tuple[Array, Array, NDArray[np.complex12
     return omega[order], direction, (table[0] + 1j * table[1])[order]
 
 
+@lru_cache(maxsize=16)
+def _read_radiation(path: Path) -> tuple[Array, Array, Array]:
+    """omega (n,), added mass and radiation damping (n, 6, 6), body axes FLU."""
+    import xarray as xr
+
+    pair = {"radiating_dof": DOFS, "influenced_dof": DOFS}
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as data:
+            matrices = [
+                np.asarray(
+                    data[name].sel(pair).transpose("omega", "radiating_dof", "influenced_dof")
+                )
+                for name in ("added_mass", "radiation_damping")
+            ]
+            omega = data["omega"].values
+    except (OSError, KeyError, ValueError) as error:
+        raise ModelError(
+            f"{path.name} has no radiation data ({error}); needed are added_mass and "
+            "radiation_damping(omega, radiating_dof, influenced_dof) as Capytaine names them"
+        ) from error
+    order = np.argsort(omega)
+    return omega[order], matrices[0][order], matrices[1][order]
+
+
+def radiation(name: str, waves: WaveField) -> tuple[Array, Array]:
+    """Added mass and radiation damping (6, 6), FLU, at the energy-weighted mean frequency of a sea.
+
+    The constant-coefficient approximation of the frequency-dependent radiation forces: exact for a
+    regular wave, good for a narrow spectrum.
+    """
+    omega, added, damping = _read_radiation(database_path(name))
+    energy = waves.amplitude**2
+    center = float(waves.omega @ energy / max(energy.sum(), 1e-300))
+    center = float(np.clip(center, omega[0], omega[-1]))
+    right = int(np.clip(np.searchsorted(omega, center), 1, len(omega) - 1))
+    share = (center - omega[right - 1]) / (omega[right] - omega[right - 1])
+    pair = [(1 - share) * table[right - 1] + share * table[right] for table in (added, damping)]
+    return 0.5 * (pair[0] + pair[0].T), 0.5 * (pair[1] + pair[1].T)
+
+
 def responses(name: str, response: str, waves: WaveField, yaw: float) -> NDArray[np.complex128]:
     """Complex response (6, N) of a body to each wave component, at its origin, heading frame.
 

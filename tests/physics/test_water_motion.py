@@ -129,9 +129,7 @@ def test_kernel_sees_the_wave_field(name, time):
         )
         expected = sea.velocity(*point, time) + current.velocity_at(point[2], time)
         np.testing.assert_allclose(velocity[:3], expected, atol=1e-11)  # measured 3e-13
-        np.testing.assert_allclose(
-            acceleration[:3], sea.acceleration(*point, time), atol=1e-11
-        )
+        np.testing.assert_allclose(acceleration[:3], sea.acceleration(*point, time), atol=1e-11)
         velocity, material = probe(Environment(waves=sea, current=current), point, time)
         gradient = sea.gradient(*point, time)
         step = 1e-6
@@ -148,9 +146,7 @@ def test_fluctuating_current():
     current = fluctuating_current([0.5, 0.1, 0], 0.2, 30.0, 100.0, seed=3)
     velocity, acceleration = probe(Environment(current=current), [0, 0, -3.0], 41.37)
     np.testing.assert_allclose(velocity[:3], current.velocity_at(-3.0, 41.37), atol=1e-13)
-    np.testing.assert_allclose(
-        acceleration[:3], current.acceleration_at(-3.0, 41.37), atol=1e-13
-    )
+    np.testing.assert_allclose(acceleration[:3], current.acceleration_at(-3.0, 41.37), atol=1e-13)
 
 
 def test_strips_sum_the_water_along_the_hull():
@@ -225,17 +221,22 @@ def test_still_body_in_waves_has_the_orbital_amplitude():
     model = marine_mj.load("scout", Environment(waves=sea))
     data = mujoco.MjData(model)
     data.qpos[2] = -8
-    lows, highs = np.full(3, np.inf), np.full(3, -np.inf)
     lift = -(0.061 * 1025 - 61.5) * 9.81
+    times, places = [], []
     for step in range(12000):
         data.qfrc_applied[2] = lift  # neutral
         mujoco.mj_step(model, data)
-        if step > 12000 - 1840:
-            lows, highs = np.minimum(lows, data.qpos[:3]), np.maximum(highs, data.qpos[:3])
-    surge, _, heave = 0.5 * (highs - lows)
-    # digest [OURS]: 1.00-1.06 of the particle amplitude
-    assert 0.9 < surge / amplitude < 1.15
-    assert 0.9 < heave / amplitude < 1.15
+        if step >= 12000 - 1840:
+            times.append(data.time)
+            places.append(data.qpos[:3].copy())
+    # it started at rest in moving water: fit the oscillation beside a slowing drift
+    t, w = np.array(times), sea.omega[0]
+    basis = np.stack([np.cos(w * t), np.sin(w * t), np.ones_like(t), t, t**2], axis=1)
+    fit = np.linalg.lstsq(basis, np.array(places), rcond=None)[0]
+    surge, _, heave = np.hypot(fit[0], fit[1])
+    # measured 0.986 and 0.980; digest [OURS]: 1.00-1.06 within 10 %
+    assert surge / amplitude == pytest.approx(1, abs=0.05)
+    assert heave / amplitude == pytest.approx(1, abs=0.05)
 
 
 @pytest.mark.parametrize("turn", [0.5, 2.0])

@@ -1,0 +1,480 @@
+"""Floating bodies: prescribed and dynamic motion in waves, wind, tanks, actuator lags."""
+
+from pathlib import Path
+
+import marine_mj.assets
+import mujoco
+import numpy as np
+import pytest
+import xarray as xr
+from conftest import numbers, one_body
+
+import marine_mj
+from marine_mj.environment import Environment, irregular_sea, regular_wave, steady_wind
+from marine_mj.frames import rotation_from_quaternion
+
+FILE = "dus_v5750_box.nc"
+RHO, G = 1025.0, 9.81
+DOFS = ["Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw"]
+MASS, INERTIA = 2306.0, [1040.0, 5412.0, 5237.0]
+M_RB = np.diag([MASS, MASS, MASS, *INERTIA])
+C = np.diag([0, 0, 75414.375, 10746.5, 153719.6, 0])
+
+
+@pytest.fixture(scope="module")
+def database():
+    """omega (n,), direction (m,), {response: complex (n, m, 6)}."""
+    path = Path(marine_mj.assets.__file__).parent / FILE
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        tables = {}
+        for name, variable, dof in (
+            ("motion", "RAO", "radiating_dof"),
+            ("force", "excitation_force", "influenced_dof"),
+        ):
+            table = data[variable].sel({dof: DOFS})
+            table = table.transpose("complex", "omega", "wave_direction", dof).values
+            tables[name] = table[0].astype(float) + 1j * table[1]
+        return data["omega"].values, data["wave_direction"].values, tables
+
+
+def vessel(environment, motion, *, pose=(0.0, 0.0, 0.0), extra="", **options):
+    """The box of the database as a body `a` at (x, y, yaw)."""
+    numerics = (
+        f'<numeric name="a.restoring_frd" data="{numbers(np.diag(C))}"/>'
+        f'<text name="a.wave_database" data="{FILE}"/>'
+    )
+    options = {"added_mass": [300, 800, 8000, 400, 9500, 1500]} | options
+    numerics += options.pop("numerics", "")
+    x, y, yaw = pose
+    xml = one_body(
+        numerics=numerics,
+        mass=MASS,
+        center="0 0 0",
+        inertia=numbers(INERTIA),
+        pos=f'{x} {y} 0" quat="{np.cos(yaw / 2):.17g} 0 0 {np.sin(yaw / 2):.17g}',
+        extra=extra,
+        **options,
+    )
+    return marine_mj.load_xml(xml, environment, {"a": {"motion": motion}})
+
+
+def rotation(roll, pitch, yaw):
+    """zyx rotation matrix, NWU."""
+    half = [(np.cos(a / 2), np.sin(a / 2)) for a in (roll, pitch, yaw)]
+    (cr, sr), (cp, sp), (cy, sy) = half
+    return rotation_from_quaternion(
+        np.array(
+            [
+                cr * cp * cy + sr * sp * sy,
+                sr * cp * cy - cr * sp * sy,
+                cr * sp * cy + sr * cp * sy,
+                cr * cp * sy - sr * sp * cy,
+            ]
+        )
+    )
+
+
+# Prescribed motion
+
+
+def played_back(database, sea, pose, t):
+    """Position (3) and rotation (3, 3) as the direct sum of RAO times wave."""
+    omega, direction, tables = database
+    x, y, yaw = pose
+    deviation = np.zeros(6)
+    for w, k, b, a, phase in zip(
+        sea.omega, sea.wavenumber, sea.direction, sea.amplitude, sea.phase, strict=True
+    ):
+        column = round(np.mod(b - yaw, 2 * np.pi) / (direction[1] - direction[0])) % len(direction)
+        table = tables["motion"][:, column]
+        rao = np.array(
+            [np.interp(w, omega, t_.real) + 1j * np.interp(w, omega, t_.imag) for t_ in table.T]
+        )
+        theta = k * (x * np.cos(b) + y * np.sin(b)) - w * t + phase
+        deviation += np.real(rao * a * np.exp(1j * theta))
+    c, s = np.cos(yaw), np.sin(yaw)
+    surge, sway, heave, roll, pitch, turn = deviation
+    position = [x + c * surge - s * sway, y + s * surge + c * sway, heave]
+    return np.array(position), rotation(roll, pitch, yaw + turn)
+
+
+def tracking(database, sea, integrator, timestep=0.005, steps=2000, pose=(3.0, -2.0, np.pi / 8)):
+    """Largest position [m] and rotation [rad] errors after the first second."""
+    model = vessel(
+        Environment(waves=sea), "rao", pose=pose, integrator=integrator, timestep=timestep
+    )
+    data = mujoco.MjData(model)
+    worst = np.zeros(2)
+    for step in range(steps):
+        mujoco.mj_step(model, data)
+        if step * timestep > 1.0 and step % 7 == 0:
+            position, R = played_back(database, sea, pose, data.time)
+            ours = rotation_from_quaternion(data.qpos[3:7])
+            angle = np.arccos(np.clip((np.trace(R.T @ ours) - 1) / 2, -1, 1))
+            worst = np.maximum(worst, [np.abs(data.qpos[:3] - position).max(), angle])
+    return worst
+
+
+SEAS = {
+    # directions that the database holds for the heading pi / 8
+    "regular": regular_wave(1.1, 4.6, np.pi / 8 + np.pi / 4, phase=0.7),
+    "short": regular_wave(0.2, 2.3, np.pi / 8 + np.pi / 2),
+    "irregular": irregular_sea(1.1, 5.5, direction=0.0, components=30, seed=2),
+}
+
+
+@pytest.mark.parametrize("name", SEAS)
+def test_prescribed_motion_is_rao_times_waves(database, name):
+    position, angle = tracking(database, SEAS[name], "implicitfast")
+    # measured 8e-10 m and 2e-8 rad (arccos near 1)
+    assert position < 1e-8
+    assert angle < 1e-6
+
+
+def test_prescribed_motion_with_rk4(database):
+    coarse, fine = (
+        tracking(database, SEAS["irregular"], "RK4", h, round(10 / h)) for h in (0.005, 0.0025)
+    )
+    # measured 2.1e-8 m and 1.3e-5 rad at 5 ms, a quarter of it at 2.5 ms
+    assert coarse[0] < 1e-6
+    assert coarse[1] < 1e-4
+    assert (fine < coarse).all()
+
+
+BALL = (
+    '<body name="ball" pos="0.4 0.2 1.0"><freejoint/>'
+    '<geom type="sphere" size="0.2" mass="60" solref="0.02 1"/></body>'
+)
+DECK = '<geom type="box" size="2.5 0.75 0.3" mass="0" solref="0.02 1"/>'
+
+
+def bouncing(follow):
+    """Deepest penetration [m] of a ball on the heaving deck, and the vessel's tracking error [m].
+
+    `follow`: the deck is a mocap body that repeats the same path instead.
+    """
+    sea = Environment(waves=regular_wave(1.0, 5.2))
+    model = vessel(sea, "rao", extra=DECK, world=BALL, integrator="implicitfast")
+    data = mujoco.MjData(model)
+    free = vessel(sea, "rao", integrator="implicitfast")
+    path = mujoco.MjData(free)
+    stage = mujoco.MjModel.from_xml_string(
+        f'<mujoco><option timestep="0.005" integrator="implicitfast"/><worldbody>{BALL}'
+        f'<body name="a" mocap="true">{DECK}</body></worldbody></mujoco>'
+    )
+    if follow:
+        model, data = stage, mujoco.MjData(stage)
+    deepest = error = 0.0
+    for _ in range(4000):
+        mujoco.mj_step(free, path)
+        if follow:
+            data.mocap_pos[0], data.mocap_quat[0] = path.qpos[:3], path.qpos[3:7]
+        mujoco.mj_step(model, data)
+        if not follow:
+            place = model.joint("a").qposadr[0]
+            error = max(error, np.abs(data.qpos[place : place + 3] - path.qpos[:3]).max())
+        if data.ncon and data.time > 1.0:
+            deepest = min(deepest, data.contact.dist.min())
+    return -deepest, error
+
+
+def test_contacts_feel_the_velocity_of_a_prescribed_body():
+    ours, error = bouncing(follow=False)
+    mocap, _ = bouncing(follow=True)
+    # the ball takes the deck's motion, not the other way round: measured 7e-11 m
+    assert error < 1e-8
+    # measured 0.41 mm and 24 mm
+    assert ours < 0.001
+    assert ours < 0.1 * mocap
+
+
+# Same phases for vessel and water (docking digest V23)
+
+
+@pytest.mark.parametrize("kind", ["regular", "irregular"])
+def test_long_waves_lift_the_vessel_with_the_surface(kind):
+    x, y = 7.0, -4.0
+    if kind == "regular":
+        sea = regular_wave(1.0, 20.0, 0.0, phase=0.4)
+    else:
+        sea = irregular_sea(
+            1.0, 18.0, components=40, seed=4, frequency_range=(2 * np.pi / 30, 2 * np.pi / 12)
+        )
+    model = vessel(Environment(waves=sea), "rao", pose=(x, y, 0.0), timestep=0.02)
+    data = mujoco.MjData(model)
+    worst = 0.0
+    for _ in range(5000):
+        mujoco.mj_step(model, data)
+        if data.time > 1:
+            worst = max(worst, abs(data.qpos[2] - sea.elevation(x, y, data.time)))
+    # measured 4e-5 m (regular), 1.1e-4 m (irregular) of waves 1 m high
+    assert worst < 0.002
+
+
+# Dynamic motion
+
+
+def test_rest_stays_at_rest():
+    model = vessel(Environment(), "dynamic")
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 4000)
+    assert np.abs(data.qvel).max() < 1e-12  # measured 0
+    assert np.abs(data.qpos[:3]).max() < 1e-12
+
+
+@pytest.mark.parametrize(("dof", "name"), [(2, "heave"), (3, "roll"), (4, "pitch")])
+def test_natural_period(dof, name):
+    """2 pi sqrt((M + A) / C) of the undamped body, from zero crossings."""
+    model = vessel(Environment(), "dynamic", integrator="RK4")
+    data = mujoco.MjData(model)
+    data.qvel[dof] = 0.01
+    crossings, before = [], 0.01
+    for _ in range(6000):
+        mujoco.mj_step(model, data)
+        now = data.qvel[dof]
+        if before < 0 <= now:
+            crossings.append(data.time - 0.005 * now / (now - before))
+        before = now
+    M = np.diag(M_RB) + np.array([300, 800, 8000, 400, 9500, 1500])
+    expected = 2 * np.pi * np.sqrt(M[dof] / C[dof, dof])
+    # measured 1e-9
+    assert np.mean(np.diff(crossings)) == pytest.approx(expected, rel=1e-7)
+
+
+A_FULL = np.diag([300.0, 800, 8000, 400, 9500, 1500])
+A_FULL[0, 4] = A_FULL[4, 0] = 120.0
+A_FULL[1, 3] = A_FULL[3, 1] = -90.0
+D_FULL = np.diag([1500.0, 2500, 12000, 1800, 14000, 2500])
+D_FULL[0, 4] = D_FULL[4, 0] = 300.0
+
+
+@pytest.mark.parametrize("direction", [0.0, np.pi / 4, np.pi / 2])
+@pytest.mark.parametrize("index", [25, 33])
+def test_steady_response_is_that_of_the_frequency_domain(database, direction, index):
+    """`[-w^2 (M + A) - i w D + C] X = F` solved independently, all six degrees of freedom."""
+    omega, directions, tables = database
+    w, height = omega[index], 1e-4  # so low that it stays linear
+    column = round(direction / (directions[1] - directions[0]))
+    force = tables["force"][index, column]
+    M = M_RB + A_FULL
+    expected = np.linalg.solve(-(w**2) * M - 1j * w * D_FULL + C, force)
+    period = 2 * np.pi / w
+    steps = 400
+    sea = regular_wave(height, period, direction)
+    model = vessel(
+        Environment(waves=sea),
+        "dynamic",
+        added_mass=A_FULL,
+        numerics=f'<numeric name="a.linear_damping_flu" data="{numbers(D_FULL)}"/>',
+        integrator="RK4",
+        timestep=period / steps,
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, round(60 / period) * steps)
+    t, poses = [], []
+    for _ in range(2 * steps):
+        mujoco.mj_step(model, data)
+        t.append(data.time)
+        poses.append([*data.qpos[:3], *(2 * data.qpos[4:7])])
+    basis = np.stack([np.cos(w * np.array(t)), np.sin(w * np.array(t)), np.ones(len(t))], axis=1)
+    fit = np.linalg.lstsq(basis, np.array(poses), rcond=None)[0]
+    response = (fit[0] + 1j * fit[1]) / (0.5 * height)  # Re(X exp(-i w t))
+    scale = np.array([1, 1, 1, w**2 / G, w**2 / G, w**2 / G])
+    # measured 1.6e-4 of the wave and its slope
+    np.testing.assert_allclose(response / scale, expected / scale, atol=1e-3)
+
+
+@pytest.mark.parametrize("yaw_steps", [0, 3, 6, 12, 21])
+def test_excitation_turns_with_the_vessel(database, yaw_steps):
+    """Heading frame force = database at the relative direction, phase at the vessel's place."""
+    omega, _, tables = database
+    index, height = 28, 0.4
+    yaw = np.radians(15 * yaw_steps)
+    relative = np.radians(67.5)
+    sea = regular_wave(height, 2 * np.pi / omega[index], relative + yaw, phase=0.3)
+    model = vessel(Environment(waves=sea), "dynamic")
+    data = mujoco.MjData(model)
+    data.time = 7.7
+    data.qpos[:2] = 4.0, -9.0
+    data.qpos[3:7] = np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)
+    mujoco.mj_forward(model, data)
+    force = marine_mj.wrenches(model, data)["a"]["waves"]
+    along = 4.0 * np.cos(relative + yaw) - 9.0 * np.sin(relative + yaw)
+    theta = sea.wavenumber[0] * along - omega[index] * data.time + 0.3
+    expected = np.real(tables["force"][index, 3] * 0.5 * height * np.exp(1j * theta))
+    # measured 1e-15 relative
+    np.testing.assert_allclose(force, expected, atol=1e-8 * np.abs(expected).max())
+
+
+def test_excitation_between_the_tabulated_headings(database):
+    """24 headings with linear interpolation in between: error of the force amplitude."""
+    index, worst = 28, 0.0
+    omega = database[0]
+    for yaw in np.radians(np.arange(0, 360, 7.5)):
+        amplitudes = []
+        for turned in (yaw, 0.0):
+            # the same relative direction, once by turning the vessel and once the sea
+            sea = regular_wave(0.4, 2 * np.pi / omega[index], 0.3 + turned - yaw)
+            model = vessel(Environment(waves=sea), "dynamic")
+            data = mujoco.MjData(model)
+            data.qpos[3:7] = np.cos(turned / 2), 0, 0, np.sin(turned / 2)
+            mujoco.mj_forward(model, data)
+            amplitudes.append(marine_mj.wrenches(model, data)["a"]["waves"])
+        worst = max(worst, np.abs(amplitudes[0] - amplitudes[1]).max() / 22000)
+    # measured 1 % of the largest component
+    assert worst < 0.03
+
+
+# Wind
+
+
+@pytest.mark.parametrize("course", np.radians([0.0, 30, 90, 150, 180, 250, 330]))
+def test_wind_force(course):
+    """Fossen (2021), eq. 10.23-10.27 in the frame of the book (FRD, NED)."""
+    area_x, area_y, length, height, c_x, c_y, c_n = 2.0, 6.0, 5.0, 0.5, 0.7, 0.9, 0.1
+    speed, air = 12.0, 1.225
+    data_ = numbers([area_x, area_y, length, height, c_x, c_y, c_n])
+    model = marine_mj.load_xml(
+        one_body(
+            numerics=f'<numeric name="a.wind" data="{data_}"/>',
+            added_mass=np.zeros(6),
+            pos="0 0 0.2",
+        ),
+        Environment(wind=steady_wind(speed, course)),
+    )
+    data = mujoco.MjData(model)
+    yaw = 0.4
+    data.qpos[3:7] = np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)
+    surge, sway = 2.0, 0.5  # FRD
+    c, s = np.cos(yaw), np.sin(yaw)
+    data.qvel[:2] = c * surge + s * sway, s * surge - c * sway
+    mujoco.mj_forward(model, data)
+    force = marine_mj.wrenches(model, data)["a"]["wind"]
+    # NED: direction of travel and yaw are clockwise
+    u_w, v_w = speed * np.cos(-course + yaw), speed * np.sin(-course + yaw)
+    u_r, v_r = surge - u_w, sway - v_w
+    gamma = -np.arctan2(v_r, u_r)
+    q = 0.5 * air * (u_r**2 + v_r**2)
+    X = -q * c_x * np.cos(gamma) * area_x
+    Y = q * c_y * np.sin(gamma) * area_y
+    N = q * c_n * np.sin(2 * gamma) * area_y * length
+    z = -height  # FRD: the lateral centroid lies above the origin
+    frd = np.array([X, Y, 0, -z * Y, z * X, N])
+    # measured 5e-14
+    np.testing.assert_allclose(force, frd * [1, -1, -1, 1, -1, -1], atol=1e-11)
+
+
+def test_still_air_brakes():
+    model = marine_mj.load_xml(
+        one_body(numerics='<numeric name="a.wind" data="2 6 5 .5 .7 .9 .1"/>', pos="0 0 0.2"),
+        Environment(wind=steady_wind(1e-9, 0.0)),
+    )
+    data = mujoco.MjData(model)
+    data.qvel[0] = 10.0
+    mujoco.mj_forward(model, data)
+    force = marine_mj.wrenches(model, data)["a"]["wind"]
+    assert force[0] == pytest.approx(-0.5 * 1.225 * 0.7 * 2.0 * 100, rel=1e-6)
+
+
+def test_still_air_brakes_without_any_wind():
+    """`no_wind` promises that a moving vehicle still has air drag."""
+    model = marine_mj.load_xml(
+        one_body(numerics='<numeric name="a.wind" data="2 6 5 .5 .7 .9 .1"/>', pos="0 0 0.2")
+    )
+    data = mujoco.MjData(model)
+    data.qvel[0] = 10.0
+    mujoco.mj_forward(model, data)
+    force = marine_mj.wrenches(model, data)["a"]["wind"]
+    assert force[0] == pytest.approx(-0.5 * 1.225 * 0.7 * 2.0 * 100, rel=1e-12)
+
+
+# Tanks and actuators
+
+PUMP = '<general name="pump" site="s" gear="0 0 0 0 0 0" dyntype="integrator"/></actuator>'
+
+
+def ballasted(tank, content=0.004):
+    """End state (13) of a tumbling body with `content` m3 in a tank, or as a solid point mass."""
+    common = {
+        "added_mass": np.diag([4.0, 9, 12, 0.5, 1, 2]) + 0.1,
+        "center": "0.02 0.01 -0.05",
+        "integrator": "RK4",
+        "timestep": 0.002,
+        "extra": '<site name="a.center_of_buoyancy" pos="0 0 .03"/>',
+    }
+    numerics = (
+        '<numeric name="a.displaced_volume" data="0.0135"/>'
+        '<numeric name="a.quadratic_damping_flu" data="9 20 20 1 1 1"/>'
+    )
+    if tank:
+        numerics += '<numeric name="a.tank.pump" data="-0.4 0.1 0.2 1025"/>'
+    else:  # FRD in the numeric, FLU in the MJCF
+        common["extra"] += (
+            f'<body name="water" pos="-0.4 -0.1 -0.2"><inertial pos="0 0 0" '
+            f'mass="{content * 1025!r}" diaginertia="1e-12 1e-12 1e-12"/></body>'
+        )
+    model = marine_mj.load_xml(one_body(numerics=numerics, **common).replace("</actuator>", PUMP))
+    data = mujoco.MjData(model)
+    data.qvel[:] = [0.5, -0.3, 0.2, 0.4, -0.6, 0.7]
+    data.act[0] = content
+    data.ctrl[0] = 4.0
+    mujoco.mj_step(model, data, 2000)
+    return np.concatenate([data.qpos, data.qvel])
+
+
+def test_tank_is_a_point_mass():
+    # measured 5e-13 after 4 s
+    np.testing.assert_allclose(ballasted(True), ballasted(False), atol=1e-10)
+
+
+def test_pumping_trims_and_sinks():
+    xml = one_body(
+        added_mass=[9, 9, 9, 0.5, 1, 2],  # no Munk moment
+        center="0 0 0",
+        numerics='<numeric name="a.buoyancy" data="98.1"/>'
+        '<numeric name="a.tank.pump" data="0.5 0 0 1000"/>'
+        '<numeric name="a.linear_damping_flu" data="20 20 20 5 5 5"/>',
+        extra='<site name="a.center_of_buoyancy" pos="0 0 .1"/>',
+    ).replace("</actuator>", PUMP)
+    model = marine_mj.load_xml(xml)
+    data = mujoco.MjData(model)
+    data.ctrl[1] = 1e-5  # m3/s
+    mujoco.mj_step(model, data, 4000)
+    data.ctrl[1] = 0.0
+    assert data.act[0] == pytest.approx(2e-4, rel=1e-9)
+    mujoco.mj_step(model, data, 20000)
+    # bow down by the moment balance of 0.2 kg at 0.5 m against 98.1 N at 0.1 m
+    R = rotation_from_quaternion(data.qpos[3:7])
+    pitch = np.arctan2(R[0, 2], R[2, 2])
+    assert np.tan(pitch) == pytest.approx(0.2 * 9.81 * 0.5 / (98.1 * 0.1), rel=1e-3)
+    assert data.qvel[2] < 0
+
+
+@pytest.mark.parametrize("integrator", ["implicitfast", "RK4"])
+def test_rate_limited_lag(integrator):
+    """dyntype "user", law 1: constant rate until the lag takes over, then exponential."""
+    tau, fall, rise, goal = 0.3, -100.0, 60.0, 40.0
+    xml = one_body(added_mass=np.ones(6), gravity=0, timestep=0.001, integrator=integrator).replace(
+        "</actuator>",
+        f'<general name="u" site="s" gear="0 1 0 0 0 0" dyntype="user" '
+        f'dynprm="1 {tau} {fall} {rise}"/></actuator>',
+    )
+    model = marine_mj.load_xml(xml)
+    data = mujoco.MjData(model)
+    data.ctrl[1] = goal
+    switch = (goal - rise * tau) / rise  # s: from here on (goal - act) / tau < rise
+    worst = 0.0
+    for _ in range(1500):
+        mujoco.mj_step(model, data)
+        t = data.time
+        if t < switch:
+            expected = rise * t
+        else:
+            expected = goal - rise * tau * np.exp(-(t - switch) / tau)
+        worst = max(worst, abs(data.act[0] - expected))
+    # first order in h for the semi-implicit ones: measured 1.1e-2 N and 4e-9 N (RK4)
+    assert worst < (1e-7 if integrator == "RK4" else 0.02)
+    data.ctrl[1] = -1e6
+    before = data.act[0]
+    mujoco.mj_step(model, data, 100)
+    assert data.act[0] - before == pytest.approx(fall * 0.1, rel=1e-9)
