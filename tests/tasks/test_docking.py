@@ -14,7 +14,7 @@ from marine_mj.scenario import Scenario
 from marine_mj.scene import build_scene, compile_scene, scene_from_log
 from marine_mj.simulation import Log, run
 from marine_mj.tasks import build_environment
-from marine_mj.tasks.docking import DockingPhysics
+from marine_mj.tasks.docking_physics import DockingPhysics
 
 CALM = {"sea.spectrum": "none", "sea.sea_state": None, "sea.spreading": None}
 
