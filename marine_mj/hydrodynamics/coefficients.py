@@ -59,7 +59,7 @@ class Strips:
     @property
     def x(self) -> Array:
         """(n,) centres of the strips, m."""
-        return self.first + self.length * np.arange(len(self.weight))
+        return self.first + self.length * np.arange(len(self.weight), dtype=float)
 
 
 @dataclass(frozen=True)

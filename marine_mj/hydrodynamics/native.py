@@ -1,6 +1,7 @@
 """Installing the native callbacks, and the self-test that guards them."""
 
 import ctypes
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -27,9 +28,13 @@ def _refuse(name: str, present: object) -> None:
     )
 
 
-def _address(callback: object) -> int | None:
+#: Base class of ctypes function pointers.
+_NATIVE = ctypes.CFUNCTYPE(None).__mro__[1]
+
+
+def _address(callback: Any) -> int | None:
     """Address of a native callback as MuJoCo returns it, None for no or a Python callback."""
-    if callback is None or not isinstance(callback, ctypes._CFuncPtr):
+    if callback is None or not isinstance(callback, _NATIVE):
         return None
     return ctypes.cast(callback, ctypes.c_void_p).value
 

@@ -58,7 +58,7 @@ def motion_of(body: BodyCoefficients, settings: BodySettings) -> Motion:
     motion = settings.motion or ("dynamic" if body.wave_database else "free")
     if motion != "free" and body.wave_database is None:
         raise ModelError(
-            f"motion {motion!r} of {body.name!r} needs RAOs; allowed is 'free', or name a database: "
+            f"motion {motion!r} of {body.name!r} needs RAOs; allowed is 'free', or a database: "
             f'<text name="{body.name}.wave_database" data="FILE.nc"/>'
         )
     return motion
@@ -229,9 +229,7 @@ def _elements(
     found: list[tuple[float, Array]] = []
     if body.restoring is not None:
         weight, center = _weight(model, index, environment.gravity)
-        data = np.concatenate(
-            [body.restoring.ravel(), [body.equilibrium_height, weight], center]
-        )
+        data = np.concatenate([body.restoring.ravel(), [body.equilibrium_height, weight], center])
         found.append((t_.RESTORING, data))
     waves = environment.waves
     if motion == "dynamic" and len(waves.omega):

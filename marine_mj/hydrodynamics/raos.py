@@ -1,5 +1,6 @@
 """Response tables of floating bodies: a wave database looked up for a given sea."""
 
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 
@@ -32,7 +33,7 @@ def database_path(name: str) -> Path:
     )
 
 
-def _variables(path: Path, wanted: dict[str, tuple[str, ...]]) -> list[Array]:
+def _variables(path: Path, wanted: Mapping[str, tuple[str, ...]]) -> list[Array]:
     """omega, wave_direction and the wanted variables of a database, in the wanted order of axes."""
     import xarray as xr  # here: it doubles the time that `import marine_mj` takes
 

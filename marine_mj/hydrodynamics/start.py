@@ -22,7 +22,7 @@ def _elements(table: Array) -> Iterator[tuple[int, Array]]:
 
 
 def wave_pose(table: Array, q: Array, time: float) -> tuple[Array, Array]:
-    """Position (3,) NWU and attitude (4,) wxyz that the RAOs of an element `q` give at `time` [s]."""
+    """Position (3,) NWU and attitude (4,) wxyz by the RAOs of an element `q` at `time` [s]."""
     n = int(table[t_.E_WAVES])
     start = int(table[t_.E_WAVE_DATA]) + t_.W_OMEGA * n
     omega = table[start : start + n]

@@ -1,5 +1,7 @@
 """Forces on a body by cause, and checks of a running simulation."""
 
+from collections.abc import Iterable
+
 import mujoco
 import numpy as np
 
@@ -128,16 +130,17 @@ def wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, dict[str, 
         causes["constraint"] = none if constraint is None else constraint - causes["contact"]
         thrust = _generalized(model, data, body, data.qfrc_actuator)
         causes["propulsion"] = none if thrust is None else thrust
-        other = data.qfrc_applied + data.qfrc_spring + data.qfrc_damper + data.qfrc_gravcomp
+        other: Array = data.qfrc_applied + data.qfrc_spring
+        other = other + data.qfrc_damper + data.qfrc_gravcomp
         applied = _generalized(model, data, body, other)
-        causes["applied"] = none if applied is None else applied + _pushed(data, group, R, x)
+        causes["applied"] = none if applied is None else _pushed(applied, data, group, R, x)
         result[model.body(body).name] = {name: causes[name] for name in CAUSES}
     return result
 
 
-def _pushed(data: mujoco.MjData, group: Array, R: Array, x: Array) -> Array:
-    """Wrench (6) of the user's `xfrc_applied` on the bodies of a group, at x, body axes."""
-    total = np.zeros(6)
+def _pushed(start: Array, data: mujoco.MjData, group: Iterable[int], R: Array, x: Array) -> Array:
+    """`start` (6) plus the user's `xfrc_applied` on the bodies of a group, at x, body axes."""
+    total = start.copy()
     for part in group:
         push, twist = data.xfrc_applied[part, :3], data.xfrc_applied[part, 3:]
         arm = data.xipos[part] - x

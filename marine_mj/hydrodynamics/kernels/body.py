@@ -94,7 +94,7 @@ def body_twist(data, p, R, nu):
 
 @njit
 def _water_at_body(table, p, R, x, time, points, wet, nu_w, acc_w):
-    """Water twist nu_w (6) and acceleration acc_w (6) the body feels, body axes; wet part per point.
+    """Water twist nu_w (6) and acceleration acc_w (6) the body feels; wet part of every point.
 
     A body with strips gets the rigid motion that fits the water motion along its length best
     (weighted least squares of the transverse components); without strips, the motion at its
@@ -351,9 +351,7 @@ def _bias_acceleration(model, data, p, R, nu, a):
         c = advance(floats(data, _CDOF), 6 * dof)
         joint = ints(model, _DOF_JOINT)[dof]
         kind = ints(model, _JOINT_TYPE)[joint]
-        turning = kind == _BALL or (
-            kind == _FREE and dof >= ints(model, _JOINT_DOF)[joint] + 3
-        )
+        turning = kind == _BALL or (kind == _FREE and dof >= ints(model, _JOINT_DOF)[joint] + 3)
         if turning:  # MuJoCo keeps these axes fixed in cdof_dot: cross product with cvel instead
             w = advance(floats(data, _CVEL), 6 * ints(model, _DOF_BODY)[dof])
             d0, d1, d2 = w[1] * c[2] - w[2] * c[1], w[2] * c[0] - w[0] * c[2], 0.0

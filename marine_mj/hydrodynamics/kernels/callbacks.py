@@ -80,7 +80,7 @@ def _compile(source: int):
 
     @cfunc(types.void(types.voidptr, types.voidptr, types.CPointer(types.float64)), cache=True)
     def report(model, data, out):
-        """Wrenches and inertia matrices in the axes of the loads, into out (bodies, REPORT_SIZE)."""
+        """Wrenches and inertias in the axes of the loads, into out (bodies, REPORT_SIZE)."""
         count = size_value(model, _NUMERICS)
         if source == 0:
             return

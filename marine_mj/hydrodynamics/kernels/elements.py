@@ -1,8 +1,8 @@
 """Force laws that only some bodies have: one function each, chosen by the element's kind.
 
 Every law adds to the wrench accumulators `f` (cause, 6) and may add an inertia matrix to `inertia`
-(INERTIAS, 36), both about the body origin in the axes R of the loads: the body's own (FLU), or level
-ones turned by its yaw where RAOs stand for the waves. `q` points at the parameters.
+(INERTIAS, 36), both about the body origin in the axes R of the loads: the body's own (FLU), or
+level ones turned by its yaw where RAOs stand for the waves. `q` points at the parameters.
 """
 
 import math
