@@ -162,6 +162,9 @@ def new_vehicle_command(
     folder: Annotated[Path, typer.Option(help="Where the folder is made.")] = Path("models"),
     mass: Annotated[float | None, typer.Option(help="kg")] = None,
     inertia: Annotated[str | None, typer.Option(help="'Ix Iy Iz', kg m2")] = None,
+    center_of_gravity: Annotated[
+        str | None, typer.Option(help="'x y z' from the origin, FRD, m")
+    ] = None,
     buoyancy: Annotated[float | None, typer.Option(help="Submerged, N")] = None,
     added_mass: Annotated[str | None, typer.Option(help="6 values, FRD, positive")] = None,
     linear_damping: Annotated[str | None, typer.Option(help="6 values, FRD, positive")] = None,
@@ -180,6 +183,9 @@ def new_vehicle_command(
         folder,
         mass=mass,
         inertia=None if inertia is None else _numbers("--inertia", inertia),
+        center_of_gravity=None
+        if center_of_gravity is None
+        else _numbers("--center-of-gravity", center_of_gravity),
         buoyancy=buoyancy,
         coefficients={
             key: _numbers(f"--{key[:-4].replace('_', '-')}", text)
