@@ -71,5 +71,5 @@ class Latch:
         """
         dwell = np.where(self.inside(error, velocity), state.dwell + period, 0.0)
         # Half a period of slack: sums of the period are not exact.
-        closed = state.closed | (dwell >= self.dwell + 0.5 * period)
+        closed = np.logical_or(state.closed, dwell >= self.dwell + 0.5 * period)
         return LatchState(dwell, closed)

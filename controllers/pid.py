@@ -57,7 +57,7 @@ class PidState:
 
     Attributes:
         integral: (..., n) integral term `I sum(e dt)`, in the unit of the output.
-        previous: (..., n) error of the previous call; NaN before the first one.
+        previous: (..., n) differentiated error of the previous call; NaN before the first one.
     """
 
     integral: Array
@@ -95,7 +95,11 @@ class Pid:
         return PidState(np.zeros((*shape, self.axes)), np.full((*shape, self.axes), np.nan))
 
     def update(
-        self, state: PidState, error: Array, feed_forward: Array | float = 0.0
+        self,
+        state: PidState,
+        error: Array,
+        feed_forward: Array | float = 0.0,
+        differentiated: Array | None = None,
     ) -> tuple[Array, PidState]:
         """Output (..., n) and the next state.
 
@@ -103,11 +107,13 @@ class Pid:
             state: state after the previous update.
             error: (..., n) target minus measurement.
             feed_forward: (..., n) added before the output is clipped.
+            differentiated: (..., n) error that the derivative acts on, default `error`.
         """
         error = np.asarray(error, dtype=float)
+        slope = error if differentiated is None else np.asarray(differentiated, dtype=float)
         half = Limits(0.5 * self.limits.low, 0.5 * self.limits.high)
         integral = half.clip(state.integral + self.gains.I * error * self.period)
         # No previous error at the first call: no derivative then.
-        difference = np.where(np.isnan(state.previous), 0.0, error - state.previous)
+        difference = np.where(np.isnan(state.previous), 0.0, slope - state.previous)
         output = self.gains.P * error + integral + self.gains.D * difference / self.period
-        return self.limits.clip(output + feed_forward), PidState(integral, error)
+        return self.limits.clip(output + feed_forward), PidState(integral, slope)

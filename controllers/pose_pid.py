@@ -89,10 +89,14 @@ class PosePid:
     Attributes:
         pid: six-axis PID [x, y, z, roll, pitch, yaw].
         hydrostatics: weight and buoyancy to cancel, None to leave them to the integral.
+        error_limit: longest position error that the proportional and integral parts see, m; with
+            the derivative it limits the speed to about `P / D error_limit`, so that far targets
+            do not saturate the thrusters (inf as in the reference).
     """
 
     pid: Pid
     hydrostatics: Hydrostatics | None = None
+    error_limit: float = np.inf
 
     @classmethod
     def from_name(
@@ -101,9 +105,10 @@ class PosePid:
         limits: Limits,
         period: float,
         hydrostatics: Hydrostatics | None = None,
+        error_limit: float = np.inf,
     ) -> "PosePid":
         """Pose PID with a named gain set (`GAINS`) and wrench limits in FLU."""
-        return cls(Pid(gain_set(gains), limits, period), hydrostatics)
+        return cls(Pid(gain_set(gains), limits, period), hydrostatics, error_limit)
 
     def initial(self, shape: tuple[int, ...] = ()) -> PidState:
         """State before the first update, for a leading shape."""
@@ -132,7 +137,16 @@ class PosePid:
         push = np.broadcast_to(np.asarray(push, dtype=float), body.position.shape)
         force = wrench[..., :3] + unrotate(body.rotation, push)
         wrench = np.concatenate([force, wrench[..., 3:]], axis=-1)
-        return self.pid.update(state, pose_error(target, body) * scale, wrench)
+        error = pose_error(target, body) * scale
+        return self.pid.update(state, self._limited(error), wrench, error)
+
+    def _limited(self, error: Array) -> Array:
+        """Pose error (..., 6) with the length of its position part limited."""
+        if not np.isfinite(self.error_limit):
+            return error
+        length = np.linalg.norm(error[..., :3], axis=-1, keepdims=True)
+        share = np.minimum(1.0, self.error_limit / np.maximum(length, 1e-12))
+        return np.concatenate([error[..., :3] * share, error[..., 3:]], axis=-1)
 
     def with_limits(self, limits: Limits) -> "PosePid":
         """The same controller with other wrench limits (FLU)."""

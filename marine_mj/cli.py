@@ -34,15 +34,27 @@ def run_command(
     values: Annotated[
         list[str] | None, typer.Option("--set", help="KEY=VALUE, such as sea.sea_state=3.")
     ] = None,
+    first_step: Annotated[
+        bool, typer.Option("--first-step", help="Stop after one step, write nothing.")
+    ] = False,
 ) -> None:
     """Run a scenario; writes FOLDER/NAME/log.nc and summary.json."""
-    from marine_mj.demo import write_json
     from marine_mj.scenario import Scenario
-    from marine_mj.simulation import run
 
     chosen = Scenario.load(scenario).with_values(_changes(values or []))
     if seed is not None:
         chosen = chosen.with_values({"seed": seed})
+    if first_step:
+        from marine_mj.tasks import build_environment
+
+        environment = build_environment(chosen, random=chosen.seed)
+        environment.reset()
+        environment.step(environment.task.default_action(environment.physics))
+        return
+
+    from marine_mj.demo import write_json
+    from marine_mj.simulation import run
+
     folder = output / chosen.name
     try:
         with _progress() as report:

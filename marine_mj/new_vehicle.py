@@ -9,6 +9,8 @@ from pathlib import Path
 from marine_mj.errors import ModelError
 
 _TEMPLATE = "_template"
+#: Stands for the name in the template's files and in their names.
+_PLACEHOLDER = "VEHICLE"
 #: Sizes a coefficient may have: diagonal, upper triangle, full.
 _SIZES = (6, 21, 36)
 
@@ -51,10 +53,10 @@ def new_vehicle(
     if not source.is_dir():
         raise ModelError(f"the template folder {source} is missing: reinstall marine_mj")
     shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
-    for path in sorted(target.rglob(f"*{_TEMPLATE}*")):
-        path.rename(path.with_name(path.name.replace(_TEMPLATE, name)))
+    for path in sorted(target.rglob(f"*{_PLACEHOLDER}*")):
+        path.rename(path.with_name(path.name.replace(_PLACEHOLDER, name)))
     for path in [*target.rglob("*.xml"), *target.rglob("*.md")]:
-        text = path.read_text(encoding="utf-8").replace(_TEMPLATE, name)
+        text = path.read_text(encoding="utf-8").replace(_PLACEHOLDER, name)
         if path.suffix == ".xml":
             text = _filled(text, mass, inertia, buoyancy, coefficients or {})
         path.write_text(text, encoding="utf-8")

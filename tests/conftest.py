@@ -54,9 +54,7 @@ def random_added_mass(seed=0, scale=3.0):
 def rigid_mass(mass, center, inertia):
     """M_RB (6, 6) about the body origin from mass, CG and inertia (3,) about the CG."""
     S = skew(center)
-    return np.block(
-        [[mass * np.eye(3), -mass * S], [mass * S, np.diag(inertia) - mass * S @ S]]
-    )
+    return np.block([[mass * np.eye(3), -mass * S], [mass * S, np.diag(inertia) - mass * S @ S]])
 
 
 def kirchhoff(M, nu):

@@ -15,7 +15,7 @@ __all__ = [
     "load",
     "load_xml",
     "pack_table",
-    "start_in_waves",
     "read_coefficients",
+    "start_in_waves",
     "write_environment",
 ]

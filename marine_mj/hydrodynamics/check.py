@@ -20,7 +20,7 @@ _DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 @dataclass(frozen=True)
 class Check:
-    """One line of the report: a quantity, its value, what is allowed; `ok` None: for information."""
+    """One line of the report; `ok` is None where a value is for information only."""
 
     quantity: str
     value: float

@@ -16,6 +16,7 @@ FRAMED = {
     "linear_damping": (6, 36),
     "quadratic_damping": (6, 36),
     "quadratic_damping_lumped": (6, 36),
+    "viscous_damping": (6, 36),
     "restoring": (6, 36),
     "strip_drag": (2,),
 }
@@ -58,7 +59,7 @@ class Strips:
     @property
     def x(self) -> Array:
         """(n,) centres of the strips, m."""
-        return self.first + self.length * np.arange(len(self.weight))
+        return self.first + self.length * np.arange(len(self.weight), dtype=float)
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,7 @@ class BodyCoefficients:
     linear_damping: Array = field(default_factory=lambda: ZERO)
     quadratic_damping: Array = field(default_factory=lambda: ZERO)
     quadratic_damping_lumped: Array | None = None
+    viscous_damping: Array = field(default_factory=lambda: ZERO)
     displaced_volume: float = 0.0
     buoyancy: float = 0.0
     center_of_buoyancy: Array = field(default_factory=lambda: np.zeros(3))
@@ -92,7 +94,7 @@ class BodyCoefficients:
     reference_speed: Array = field(default_factory=lambda: np.array([2.0, 1.0]))
 
 
-def _matrix(name: str, values: Array, frame: str) -> Array:
+def _matrix(values: Array, frame: str) -> Array:
     """6x6 matrix in FLU of 6, 21 or 36 numbers in the named frame."""
     if values.size == 6:
         matrix = np.diag(values)
@@ -261,17 +263,13 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
     """Checked coefficients of one body."""
     values, frames = _split(name, raw)
     matrices: dict[str, Array] = {}
-    for quantity in ("added_mass", "linear_damping", "quadratic_damping", "restoring"):
-        if quantity in values:
-            matrices[quantity] = _matrix(name, values[quantity], frames[quantity])
-    if "quadratic_damping_lumped" in values:
-        lumped = values["quadratic_damping_lumped"]
-        matrices["quadratic_damping_lumped"] = _matrix(
-            name, lumped, frames["quadratic_damping_lumped"]
-        )
+    for quantity in FRAMED:
+        if quantity in values and quantity != "strip_drag":
+            matrices[quantity] = _matrix(values[quantity], frames[quantity])
     check_added_mass(name, matrices.setdefault("added_mass", np.zeros((6, 6))))
-    if "linear_damping" in matrices:
-        _check_passive(name, "linear_damping", matrices["linear_damping"])
+    for quantity in ("linear_damping", "viscous_damping"):
+        if quantity in matrices:
+            _check_passive(name, quantity, matrices[quantity])
     for quantity in ("quadratic_damping", "quadratic_damping_lumped"):
         if quantity in matrices:
             _check_drag(name, quantity, matrices[quantity])

@@ -10,6 +10,7 @@ import ctypes
 import glob
 import os
 import re
+from typing import Any
 
 import llvmlite.binding as llvm
 import mujoco
@@ -78,7 +79,7 @@ def _ctype(text: str) -> type:
     """ctypes type of a C type as the introspection prints it."""
     array = re.match(r"(.+?)\s*((?:\[\d+\])+)$", text)
     if array:
-        ctype = _ctype(array[1])
+        ctype: Any = _ctype(array[1])
         for size in reversed(re.findall(r"\d+", array[2])):
             ctype = ctype * int(size)
         return ctype
@@ -113,7 +114,7 @@ def _offset(struct: type[ctypes.Structure], path: str) -> int:
     for number, name in enumerate(names):
         offset += getattr(struct, name).offset
         if number < len(names) - 1:
-            struct = dict(struct._fields_)[name]  # type: ignore[misc, assignment]
+            struct = dict(struct._fields_)[name]  # type: ignore[misc, assignment, arg-type]
     return offset
 
 
@@ -147,7 +148,7 @@ def _check(model_offsets: dict[str, int], data_offsets: dict[str, int]) -> None:
     if wrong:
         raise MarineMjError(
             f"the struct layout of MuJoCo {mujoco.__version__} differs from what its introspection "
-            f"says for {', '.join(wrong)}; marine_mj supports mujoco >=3.17,<4: install one of those"
+            f"says for {', '.join(wrong)}; marine_mj supports mujoco >=3.17,<4: install one"
         )
 
 

@@ -1,6 +1,7 @@
 """Installing the native callbacks, and the self-test that guards them."""
 
 import ctypes
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -27,9 +28,13 @@ def _refuse(name: str, present: object) -> None:
     )
 
 
-def _address(callback: object) -> int | None:
+#: Base class of ctypes function pointers.
+_NATIVE = ctypes.CFUNCTYPE(None).__mro__[1]
+
+
+def _address(callback: Any) -> int | None:
     """Address of a native callback as MuJoCo returns it, None for no or a Python callback."""
-    if callback is None or not isinstance(callback, ctypes._CFuncPtr):
+    if callback is None or not isinstance(callback, _NATIVE):
         return None
     return ctypes.cast(callback, ctypes.c_void_p).value
 
@@ -94,6 +99,16 @@ def table_of(model: mujoco.MjModel) -> Array:
             f"{table[t_.H_LENGTH]:g} but has {len(table)} numbers: load the model again"
         )
     return table
+
+
+def records(table: Array) -> list[Array]:
+    """Views of the body records in a packed table, in its order."""
+    place, found = int(table[t_.H_FIRST_BODY]), []
+    for _ in range(int(table[t_.H_BODIES])):
+        size = int(table[place + t_.B_SIZE])
+        found.append(table[place : place + size])
+        place += size
+    return found
 
 
 def report(model: mujoco.MjModel, data: mujoco.MjData) -> Array:

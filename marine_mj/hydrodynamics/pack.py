@@ -12,7 +12,7 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array, rotation_from_quaternion
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients
-from marine_mj.hydrodynamics.raos import responses
+from marine_mj.hydrodynamics.raos import radiation, responses
 
 Motion = Literal["free", "dynamic", "rao"]
 #: Headings for which the exciting forces of a floating body are tabulated.
@@ -58,7 +58,7 @@ def motion_of(body: BodyCoefficients, settings: BodySettings) -> Motion:
     motion = settings.motion or ("dynamic" if body.wave_database else "free")
     if motion != "free" and body.wave_database is None:
         raise ModelError(
-            f"motion {motion!r} of {body.name!r} needs RAOs; allowed is 'free', or name a database: "
+            f"motion {motion!r} of {body.name!r} needs RAOs; allowed is 'free', or a database: "
             f'<text name="{body.name}.wave_database" data="FILE.nc"/>'
         )
     return motion
@@ -180,7 +180,12 @@ def _free_root(model: mujoco.MjModel, body: int) -> bool:
 
 
 def _path(
-    model: mujoco.MjModel, table: _Table, body: BodyCoefficients, index: int, waves: WaveField
+    model: mujoco.MjModel,
+    table: _Table,
+    body: BodyCoefficients,
+    index: int,
+    waves: WaveField,
+    motion: Motion,
 ) -> list[float]:
     """Where RAO motion goes on about the pose at qpos0: x, y, z, yaw, offset of the amplitudes.
 
@@ -188,7 +193,8 @@ def _path(
     """
     if not _free_root(model, index):
         raise ModelError(
-            f"motion of {body.name!r} in waves needs a free joint of its own on a body of the world"
+            f"motion {motion!r} of {body.name!r} needs a free joint of its own on a body of the "
+            "world"
         )
     address = model.jnt_qposadr[model.body_jntadr[index]]
     pose = model.qpos0[address : address + 7]
@@ -223,16 +229,14 @@ def _elements(
     found: list[tuple[float, Array]] = []
     if body.restoring is not None:
         weight, center = _weight(model, index, environment.gravity)
-        data = np.concatenate(
-            [body.restoring.ravel(), [body.equilibrium_height, weight], center]
-        )
+        data = np.concatenate([body.restoring.ravel(), [body.equilibrium_height, weight], center])
         found.append((t_.RESTORING, data))
     waves = environment.waves
     if motion == "dynamic" and len(waves.omega):
-        path = _path(model, table, body, index, waves)
+        path = _path(model, table, body, index, waves, motion)
         found.append((t_.EXCITATION, np.array([*path, *_exciting_forces(table, body, waves)])))
     elif motion == "rao":
-        path = _path(model, table, body, index, waves)
+        path = _path(model, table, body, index, waves, motion)
         kappa = PRESCRIBED_INERTIA
         found.append((t_.PRESCRIBED, np.array([*path, kappa, kappa])))
     if body.wind is not None:  # in still air, too: it brakes
@@ -276,8 +280,7 @@ def _record(
     p[t_.B_CB : t_.B_CB + 3] = body.center_of_buoyancy
     p[t_.B_FROUDE_KRYLOV] = settings.froude_krylov
     p[t_.B_CONVECTIVE] = settings.convective
-    # force RAOs already hold what the orbital motion does to the hull
-    p[t_.B_ORBITAL] = motion == "free"
+    p[t_.B_SEAKEEPING] = motion == "dynamic"
     quadratic = body.quadratic_damping
     half_height = body.submergence_height
     if body.strips is not None and settings.strips:
@@ -294,8 +297,12 @@ def _record(
     elif body.quadratic_damping_lumped is not None:
         quadratic = body.quadratic_damping_lumped
     p[t_.B_HALF_HEIGHT] = 0.0 if settings.constant_buoyancy else half_height
-    p[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36] = body.added_mass.ravel()
-    p[t_.B_LINEAR : t_.B_LINEAR + 36] = body.linear_damping.ravel()
+    added_mass, linear = body.added_mass, body.linear_damping
+    if motion == "dynamic" and len(environment.waves.omega):
+        added_mass, linear = radiation(str(body.wave_database), environment.waves)
+        linear = linear + body.viscous_damping
+    p[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36] = added_mass.ravel()
+    p[t_.B_LINEAR : t_.B_LINEAR + 36] = linear.ravel()
     p[t_.B_QUADRATIC : t_.B_QUADRATIC + 36] = quadratic.ravel()
     elements = _elements(model, table, body, index, environment, motion)
     p[t_.B_ELEMENTS] = len(elements)

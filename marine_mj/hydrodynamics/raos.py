@@ -1,5 +1,6 @@
 """Response tables of floating bodies: a wave database looked up for a given sea."""
 
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 
@@ -32,25 +33,59 @@ def database_path(name: str) -> Path:
     )
 
 
+def _variables(path: Path, wanted: Mapping[str, tuple[str, ...]]) -> list[Array]:
+    """omega, wave_direction and the wanted variables of a database, in the wanted order of axes."""
+    import xarray as xr  # here: it doubles the time that `import marine_mj` takes
+
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as data:
+            found = []
+            for name, axes in wanted.items():
+                order = {axis: DOFS for axis in axes if axis.endswith("_dof")}
+                found.append(np.asarray(data[name].sel(order).transpose(*axes), dtype=float))
+            return [data["omega"].values, data["wave_direction"].values, *found]
+    except (OSError, KeyError, ValueError) as error:
+        needed = ", ".join(f"{name}({', '.join(axes)})" for name, axes in wanted.items())
+        raise ModelError(
+            f"{path.name} is not a wave database ({error}); needed are the variables {needed} as "
+            "Capytaine names them"
+        ) from error
+
+
 @lru_cache(maxsize=16)
 def _read(path: Path, response: str) -> tuple[Array, Array, NDArray[np.complex128]]:
     """omega (n,), wave direction (m,) and complex response (n, m, 6), per metre of amplitude."""
-    import xarray as xr  # here: it doubles the time that `import marine_mj` takes
-
     variable, dof = RESPONSES[response]
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as data:
-            values = data[variable].sel({dof: DOFS})
-            values = values.transpose("complex", "omega", "wave_direction", dof)
-            omega, direction = data["omega"].values, data["wave_direction"].values
-            table = np.asarray(values, dtype=float)
-    except (OSError, KeyError, ValueError) as error:
-        raise ModelError(
-            f"{path.name} is not a wave database ({error}); needed are the variables "
-            f"{variable}(complex, omega, wave_direction, {dof}) as Capytaine names them"
-        ) from error
+    axes = ("complex", "omega", "wave_direction", dof)
+    omega, direction, table = _variables(path, {variable: axes})
     order = np.argsort(omega)
     return omega[order], direction, (table[0] + 1j * table[1])[order]
+
+
+@lru_cache(maxsize=16)
+def _read_radiation(path: Path) -> tuple[Array, Array, Array]:
+    """omega (n,), added mass and radiation damping (n, 6, 6), body axes FLU."""
+    axes = ("omega", "radiating_dof", "influenced_dof")
+    wanted = {"added_mass": axes, "radiation_damping": axes}
+    omega, _, added, damping = _variables(path, wanted)
+    order = np.argsort(omega)
+    return omega[order], added[order], damping[order]
+
+
+def radiation(name: str, waves: WaveField) -> tuple[Array, Array]:
+    """Added mass and radiation damping (6, 6), FLU, at the energy-weighted mean frequency of a sea.
+
+    The constant-coefficient approximation of the frequency-dependent radiation forces: exact for a
+    regular wave, good for a narrow spectrum.
+    """
+    omega, added, damping = _read_radiation(database_path(name))
+    energy = waves.amplitude**2
+    center = float(waves.omega @ energy / max(energy.sum(), 1e-300))
+    center = float(np.clip(center, omega[0], omega[-1]))
+    right = int(np.clip(np.searchsorted(omega, center), 1, len(omega) - 1))
+    share = (center - omega[right - 1]) / (omega[right] - omega[right - 1])
+    pair = [(1 - share) * table[right - 1] + share * table[right] for table in (added, damping)]
+    return 0.5 * (pair[0] + pair[0].T), 0.5 * (pair[1] + pair[1].T)
 
 
 def responses(name: str, response: str, waves: WaveField, yaw: float) -> NDArray[np.complex128]:

@@ -7,24 +7,22 @@ import numpy as np
 
 from marine_mj.frames import Array, quaternion_from_euler
 from marine_mj.hydrodynamics import table as t_
-from marine_mj.hydrodynamics.native import table_of
+from marine_mj.hydrodynamics.native import records, table_of
 
 
 def _elements(table: Array) -> Iterator[tuple[int, Array]]:
     """(body, parameters) of every element that knows the motion RAOs of its body."""
-    place = int(table[t_.H_FIRST_BODY])
-    for _ in range(int(table[t_.H_BODIES])):
-        element = int(table[place + t_.B_ELEMENT_DATA])
-        for _ in range(int(table[place + t_.B_ELEMENTS])):
-            size = int(table[element + t_.EL_SIZE])
-            if table[element + t_.EL_KIND] in (t_.PRESCRIBED, t_.EXCITATION):
-                yield int(table[place + t_.B_BODY]), table[element + t_.EL_DATA : element + size]
-            element += size
-        place += int(table[place + t_.B_SIZE])
+    for record in records(table):
+        place = int(record[t_.B_ELEMENT_DATA])
+        for _ in range(int(record[t_.B_ELEMENTS])):
+            size = int(table[place + t_.EL_SIZE])
+            if table[place + t_.EL_KIND] in (t_.PRESCRIBED, t_.EXCITATION):
+                yield int(record[t_.B_BODY]), table[place + t_.EL_DATA : place + size]
+            place += size
 
 
 def wave_pose(table: Array, q: Array, time: float) -> tuple[Array, Array]:
-    """Position (3,) NWU and attitude (4,) wxyz that the RAOs of an element `q` give at `time` [s]."""
+    """Position (3,) NWU and attitude (4,) wxyz by the RAOs of an element `q` at `time` [s]."""
     n = int(table[t_.E_WAVES])
     start = int(table[t_.E_WAVE_DATA]) + t_.W_OMEGA * n
     omega = table[start : start + n]

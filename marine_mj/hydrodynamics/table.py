@@ -40,7 +40,9 @@ B_SIZE = 0  # length of the record: the next one starts there
 B_BODY, B_ROOT, B_LAST_DOF, B_CHAIN, B_FREE = 1, 2, 3, 4, 5
 B_VOLUME, B_CB, B_HALF_HEIGHT = 6, 7, 10
 B_FROUDE_KRYLOV, B_CONVECTIVE = 11, 12
-B_ORBITAL = 23  # 1: feels the orbital motion itself, 0: RAOs stand for it
+#: 1: RAOs stand for the waves. The body feels no orbital motion, and all its linear loads act in
+#: level axes turned by the yaw (the seakeeping frame of Fossen 2021, sec. 5.2).
+B_SEAKEEPING = 23
 B_STRIPS, B_STRIP_X, B_STRIP_DX, B_STRIP_DRAG, B_STRIP_WEIGHT = 13, 14, 15, 16, 18
 B_STRIP_MEAN, B_STRIP_SPREAD = 19, 20  # sum w x and sum w (x - mean)^2
 B_ELEMENTS, B_ELEMENT_DATA = 21, 22

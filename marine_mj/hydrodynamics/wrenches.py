@@ -1,48 +1,54 @@
 """Forces on a body by cause, and checks of a running simulation."""
 
+from collections.abc import Iterable
+
 import mujoco
 import numpy as np
 
 from marine_mj.errors import SimulationError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics import table as t_
-from marine_mj.hydrodynamics.native import report, table_of
+from marine_mj.hydrodynamics.native import records, report, table_of
 
 #: Causes that `wrenches` reports, in this order.
 CAUSES = (*t_.CAUSES, "gravity", "contact", "constraint", "propulsion", "applied")
 
 
-def hydrodynamic_bodies(model: mujoco.MjModel) -> list[int]:
-    """Ids of the bodies in the packed table, in its order."""
-    table = table_of(model)
-    place, bodies = int(table[t_.H_FIRST_BODY]), []
-    for _ in range(int(table[t_.H_BODIES])):
-        bodies.append(int(table[place + t_.B_BODY]))
-        place += int(table[place + t_.B_SIZE])
-    return bodies
-
-
 def body_acceleration(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> Array:
     """nu_dot (6) = d/dt [v; omega] of the body frame in its own axes FLU, from `data.qacc`."""
-    R = data.xmat[body].reshape(3, 3)
+    return _twist_rate(model, data, body, data.xmat[body].reshape(3, 3), None)
+
+
+def _twist_rate(
+    model: mujoco.MjModel, data: mujoco.MjData, body: int, R: Array, spin: Array | None
+) -> Array:
+    """d/dt [v; omega] (6) of the body origin in axes R that turn with `spin` (None: the body's)."""
     x = data.xpos[body]
     J, J_dot = np.zeros((6, model.nv)), np.zeros((6, model.nv))
     mujoco.mj_jac(model, data, J[:3], J[3:], x, body)
     mujoco.mj_jacDot(model, data, J_dot[:3], J_dot[3:], x, body)
     world = J @ data.qacc + J_dot @ data.qvel
     v, omega = R.T @ (J[:3] @ data.qvel), R.T @ (J[3:] @ data.qvel)
-    return np.concatenate([R.T @ world[:3] - np.cross(omega, v), R.T @ world[3:]])
+    spin = omega if spin is None else spin
+    return np.concatenate(
+        [R.T @ world[:3] - np.cross(spin, v), R.T @ world[3:] - np.cross(spin, omega)]
+    )
+
+
+def _level_axes(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> tuple[Array, Array]:
+    """Level axes (3, 3) turned by the yaw of a body, and their angular velocity (3) in them."""
+    own = data.xmat[body].reshape(3, 3)
+    c, s = own[:2, 0] / np.hypot(*own[:2, 0])
+    rate = np.cross(data.cvel[body, :3], own[:, 0])
+    turn = (own[0, 0] * rate[1] - own[1, 0] * rate[0]) / (own[:2, 0] @ own[:2, 0])
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]), np.array([0.0, 0.0, turn])
 
 
 def added_mass_of(model: mujoco.MjModel, body: int) -> Array:
     """Added mass (6, 6) of a body as the kernel uses it, FLU, about the body origin."""
-    table = table_of(model)
-    place = int(table[t_.H_FIRST_BODY])
-    for _ in range(int(table[t_.H_BODIES])):
-        if int(table[place + t_.B_BODY]) == body:
-            start = place + t_.B_ADDED_MASS
-            return table[start : start + 36].reshape(6, 6)
-        place += int(table[place + t_.B_SIZE])
+    for record in records(table_of(model)):
+        if int(record[t_.B_BODY]) == body:
+            return record[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36].reshape(6, 6)
     return np.zeros((6, 6))
 
 
@@ -95,15 +101,20 @@ def wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, dict[str, 
     welded = np.asarray(model.body_weldid)
     contacts = _contact_wrenches(model, data, welded)
     result: dict[str, dict[str, Array]] = {}
-    for row, body in zip(raw, hydrodynamic_bodies(model), strict=True):
+    for row, record in zip(raw, records(table_of(model)), strict=True):
+        body = int(record[t_.B_BODY])
         forces = row[: 6 * len(t_.CAUSES)].reshape(-1, 6)
         inertia = row[6 * len(t_.CAUSES) :].reshape(t_.INERTIAS, 6, 6)
         causes = {name: forces[i].copy() for i, name in enumerate(t_.CAUSES)}
-        nu_dot = body_acceleration(model, data, body)
+        R, x = data.xmat[body].reshape(3, 3), data.xpos[body]
+        axes, spin = _level_axes(model, data, body) if record[t_.B_SEAKEEPING] else (R, None)
+        nu_dot = _twist_rate(model, data, body, axes, spin)
         owners = ("added_mass", "ballast", "prescribed")
         for name, matrix in zip(owners, inertia, strict=True):
             causes[name] -= matrix @ nu_dot
-        R, x = data.xmat[body].reshape(3, 3), data.xpos[body]
+        to_body = R.T @ axes
+        for name, force in causes.items():
+            causes[name] = np.concatenate([to_body @ force[:3], to_body @ force[3:]])
         group = np.flatnonzero(welded == welded[body])
         weight = np.zeros(6)
         for part in group:
@@ -119,16 +130,17 @@ def wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, dict[str, 
         causes["constraint"] = none if constraint is None else constraint - causes["contact"]
         thrust = _generalized(model, data, body, data.qfrc_actuator)
         causes["propulsion"] = none if thrust is None else thrust
-        other = data.qfrc_applied + data.qfrc_spring + data.qfrc_damper + data.qfrc_gravcomp
+        other: Array = data.qfrc_applied + data.qfrc_spring
+        other = other + data.qfrc_damper + data.qfrc_gravcomp
         applied = _generalized(model, data, body, other)
-        causes["applied"] = none if applied is None else applied + _pushed(data, group, R, x)
+        causes["applied"] = none if applied is None else _pushed(applied, data, group, R, x)
         result[model.body(body).name] = {name: causes[name] for name in CAUSES}
     return result
 
 
-def _pushed(data: mujoco.MjData, group: Array, R: Array, x: Array) -> Array:
-    """Wrench (6) of the user's `xfrc_applied` on the bodies of a group, at x, body axes."""
-    total = np.zeros(6)
+def _pushed(start: Array, data: mujoco.MjData, group: Iterable[int], R: Array, x: Array) -> Array:
+    """`start` (6) plus the user's `xfrc_applied` on the bodies of a group, at x, body axes."""
+    total = start.copy()
     for part in group:
         push, twist = data.xfrc_applied[part, :3], data.xfrc_applied[part, 3:]
         arm = data.xipos[part] - x

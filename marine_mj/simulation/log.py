@@ -14,7 +14,6 @@ from marine_mj.scenario import Scenario
 
 #: Variables that a replay needs.
 _REQUIRED = ("time", "qpos", "qvel")
-_ENGINE = "h5netcdf"
 
 
 class Log:
@@ -66,12 +65,12 @@ class Log:
             LogError: the folder cannot be written.
         """
         path = Path(path)
-        temporary = None
+        temporary: str | None = None
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             handle, temporary = tempfile.mkstemp(suffix=".nc.part", dir=path.parent)
             os.close(handle)
-            self.data.to_netcdf(temporary, engine=_ENGINE, encoding=self._encoding())
+            self.data.to_netcdf(Path(temporary), engine="h5netcdf", encoding=self._encoding())
             Path(temporary).chmod(0o644)
             os.replace(temporary, path)
         except OSError as error:
@@ -100,7 +99,7 @@ class Log:
         if not path.is_file():
             raise LogError(f"log {str(path)!r} does not exist: write one with marine-mj run")
         try:
-            with xr.open_dataset(path, engine=_ENGINE) as dataset:
+            with xr.open_dataset(path, engine="h5netcdf") as dataset:
                 data = dataset.load()
         # h5py reports damage with many kinds of exception.
         except Exception as error:

@@ -101,14 +101,14 @@ class Recorder:
         }
         if self._causes:
             coordinates["cause"] = self._causes
-        attributes = {
+        about: dict[str, Any] = {
             "title": self._scenario.name,
             "scenario": self._scenario.to_toml(),
             "seed": self._scenario.seed,
             "versions": json.dumps(versions()),
             "summary": json.dumps(summary),
         }
-        return Log(xr.Dataset(variables, coordinates, attributes))
+        return Log(xr.Dataset(variables, coordinates, about))
 
 
 def versions() -> dict[str, str]:

@@ -1,40 +1,31 @@
 """Docking: a vehicle enters a dock under a moving carrier and is latched there."""
 
-from typing import Annotated, Any, Literal
+from typing import Any
 
-import mujoco
 import numpy as np
 from dm_control.rl import control
 from dm_control.utils import containers, rewards
-from pydantic import Field
 
 from marine_mj import frames, hydrodynamics
 from marine_mj.controllers import (
-    DockFrames,
     DockingGuidance,
     DockingPilot,
     DockingPlan,
-    Latch,
     Limits,
     Phase,
     PosePid,
     RigidState,
-    pose_error,
-    relative_velocity,
 )
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.scenario import Scenario
-from marine_mj.scene import compile_scene
-from marine_mj.settings import Settings
+from marine_mj.scene import Scene, compile_scene
 from marine_mj.tasks.base import MarineTask, Signal, from_unit, symmetric_spec
-from marine_mj.tasks.physics import MarinePhysics
+from marine_mj.tasks.docking_physics import DockingPhysics
+from marine_mj.tasks.docking_settings import DockingSettings
 from marine_mj.weather import significant_height
 
 SUITE = containers.TaggedTasks()
-
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
 
 #: Reward falls to 10 % this far outside: distance m, angle rad, speed m/s.
 _MARGINS = (3.0, 0.5, 1.0)
@@ -46,179 +37,11 @@ CAPTURE_ERRORS = tuple(
 _LATEST_START = 600.0
 
 
-class PlanSettings(Settings):
-    """Changes of the docking plan; see `controllers.DockingPlan` for the meaning."""
-
-    approach_distance: NotNegative = 1.0
-    approach_depth: Positive = 4.0
-    under_depth: Positive = 2.0
-    wait_depth: Positive = 1.0
-    overshoot: NotNegative = 0.05
-    acceptance: Positive = 0.3
-    wait_speed: Positive | None = None
-    push: NotNegative = 20.0
-    contact_scale: tuple[float, float, float, float, float, float] = (1.0,) * 6
-    seat_speed: Positive = 0.15
-
-    def plan(self) -> DockingPlan:
-        """The plan of the controllers."""
-        values = self.model_dump()
-        values["wait_speed"] = np.inf if self.wait_speed is None else self.wait_speed
-        return DockingPlan(**values)
-
-
-class LatchSettings(Settings):
-    """Limits within which the latch closes.
-
-    Attributes:
-        position: distance from the seat, m.
-        attitude_deg: angle to the seat, deg.
-        speed: relative speed, m/s.
-        rate_deg: relative angular speed, deg/s.
-        dwell: time all limits must be kept, s.
-    """
-
-    position: Positive = 0.05
-    attitude_deg: Positive = 3.0
-    speed: Positive = 0.1
-    rate_deg: Positive = 10.0
-    dwell: NotNegative = 1.0
-
-    def latch(self) -> Latch:
-        """The latch of the controllers, in SI units and radians."""
-        attitude, rate = np.deg2rad(self.attitude_deg), np.deg2rad(self.rate_deg)
-        return Latch(self.position, attitude, self.speed, rate, self.dwell)
-
-
-class DockingSettings(Settings):
-    """Settings of the docking tasks.
-
-    Attributes:
-        vehicle: instance name of the vehicle that docks.
-        carrier: instance name of the vehicle that carries the dock.
-        controller: closed-loop controller.
-        gains: gain set of the controller.
-        plan: waypoints and contact phase.
-        latch: when the latch closes.
-        goal_offset: largest shift of the goal by the action of the closed-loop task, m;
-            0 makes the action empty.
-        hold: time the episode goes on after the latch has closed, s.
-        end_at_capture: end the episode when the aperture is entered (no contact phase).
-        start_spread: standard deviation of the start position in episodes, m.
-        start_heading_spread_deg: standard deviation of the start heading, deg.
-        random_start_time: start each episode at a random time of the wave record.
-    """
-
-    vehicle: str = "auv"
-    carrier: str = "usv"
-    controller: Literal["pose_pid"] = "pose_pid"
-    gains: Literal["manual", "brute_force", "extended"] = "brute_force"
-    plan: PlanSettings = PlanSettings()
-    latch: LatchSettings = LatchSettings()
-    goal_offset: NotNegative = 0.0
-    hold: NotNegative = 0.0
-    end_at_capture: bool = False
-    start_spread: NotNegative = 0.0
-    start_heading_spread_deg: NotNegative = 0.0
-    random_start_time: bool = False
-
-
-class DockingPhysics(MarinePhysics):
-    """Vocabulary of docking. The pair of vehicle and carrier comes from the latch's weld."""
-
-    def _reload_from_data(self, data: Any) -> None:
-        """Find latch, vehicle, carrier and dock by name."""
-        super()._reload_from_data(data)
-        model = self.model.ptr
-        welds = [i for i in range(model.neq) if "/latch/" in model.equality(i).name]
-        if not welds:
-            raise ModelError("the scene has no latch: a vehicle needs dock = NAME")
-        self.weld = welds[0]
-        self.carrier, _, self.vehicle = model.equality(self.weld).name.split("/")
-        self.dock_frames = self._dock_frames()
-
-    def _dock_frames(self) -> DockFrames:
-        """Sites of the dock in the carrier's axes."""
-        model = self.model.ptr
-        data = mujoco.MjData(model)
-        mujoco.mj_kinematics(model, data)
-        body = self.main_body(self.carrier)
-        rotation = data.xmat[body].reshape(3, 3)
-        found = []
-        for name in ("aperture", "seat"):
-            site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, f"{self.carrier}/dock/{name}")
-            if site < 0:
-                raise ModelError(f"the dock of {self.carrier!r} has no site {name!r}")
-            quaternion = np.zeros(4)
-            mujoco.mju_mat2Quat(
-                quaternion, (rotation.T @ data.site_xmat[site].reshape(3, 3)).flatten()
-            )
-            found += [rotation.T @ (data.site_xpos[site] - data.xpos[body]), quaternion]
-        return DockFrames(*found)
-
-    def dock_states(self) -> tuple[RigidState, RigidState]:
-        """States of the aperture frame and of the seat, NWU/FLU."""
-        return self.remember(
-            "dock", lambda: self.dock_frames.states(self.vehicle_state(self.carrier))
-        )
-
-    def dock_error(self) -> Array:
-        """Seat pose minus vehicle pose (6,), in the vehicle's FLU axes, m and rad."""
-        return self.remember(
-            "dock_error",
-            lambda: pose_error(self.dock_states()[1], self.vehicle_state(self.vehicle)),
-        ).copy()
-
-    def aperture_pose(self) -> Array:
-        """Vehicle pose (6,) in the aperture frame: position m, rotation vector rad, FLU."""
-        return pose_error(self.vehicle_state(self.vehicle), self.dock_states()[0])
-
-    def relative_velocity(self) -> Array:
-        """Velocity (6,) of the vehicle relative to the seat, in the vehicle's FLU axes."""
-        return self.remember(
-            "relative_velocity",
-            lambda: relative_velocity(self.vehicle_state(self.vehicle), self.dock_states()[1]),
-        ).copy()
-
-    def relative_energy(self) -> float:
-        """Kinetic energy of the relative motion with the dry mass, `0.5 dnu^T M_RB dnu` [J].
-
-        Relative to the aperture frame, about the vehicle's origin (digest 7.0).
-        """
-        model = self.model.ptr
-        body = self.main_body(self.vehicle)
-        nu = relative_velocity(self.vehicle_state(self.vehicle), self.dock_states()[0])
-        turn = frames.rotation_from_quaternion(model.body_iquat[body])
-        inertia = turn @ np.diag(model.body_inertia[body]) @ turn.T
-        at_center = nu[:3] + np.cross(nu[3:], model.body_ipos[body])
-        mass = model.body_mass[body]
-        return 0.5 * float(mass * at_center @ at_center + nu[3:] @ inertia @ nu[3:])
-
-    def latched(self) -> bool:
-        """Whether the latch is closed."""
-        return bool(self.data.eq_active[self.weld])
-
-    def close_latch(self) -> None:
-        """Weld the vehicle to the dock in its present pose."""
-        model, data = self.model.ptr, self.data.ptr
-        mujoco.mj_kinematics(model, data)
-        dock, body = model.eq_obj1id[self.weld], model.eq_obj2id[self.weld]
-        rotation = data.xmat[dock].reshape(3, 3)
-        inverse, relative = np.zeros(4), np.zeros(4)
-        mujoco.mju_negQuat(inverse, data.xquat[dock])
-        mujoco.mju_mulQuat(relative, inverse, data.xquat[body])
-        weld = model.eq_data[self.weld]
-        weld[0:3] = 0.0
-        weld[3:6] = rotation.T @ (data.xpos[body] - data.xpos[dock])
-        weld[6:10] = relative
-        data.eq_active[self.weld] = 1
-
-
 class Docking(MarineTask):
     """Latch a vehicle into the dock of a carrier.
 
     Args:
-        scenario: what the scene was built from.
+        scene: the compiled scene.
         settings: settings of the task.
         closed_loop: attach guidance and controller; the action shifts the goal. Otherwise the
             action is the raw command of the vehicle's actuators, scaled to [-1, 1].
@@ -239,13 +62,13 @@ class Docking(MarineTask):
 
     def __init__(
         self,
-        scenario: Scenario,
+        scene: Scene,
         settings: DockingSettings,
         closed_loop: bool,
         random: np.random.RandomState | int | None = None,
     ) -> None:
         super().__init__(random=random)
-        self.scenario, self.settings, self.closed_loop = scenario, settings, closed_loop
+        self.scenario, self.settings, self.closed_loop = scene.scenario, settings, closed_loop
         self._pilot: DockingPilot | None = None
 
     @property
@@ -261,7 +84,13 @@ class Docking(MarineTask):
         statics = physics.hydrostatics(physics.vehicle, self.scenario.water_density)
         low, high = frames.flip(vehicle.wrench_low_frd), frames.flip(vehicle.wrench_high_frd)
         limits = Limits(np.minimum(low, high), np.maximum(low, high))
-        controller = PosePid.from_name(settings.gains, limits, self.control_period, statics)
+        controller = PosePid.from_name(
+            settings.gains,
+            limits,
+            self.control_period,
+            statics,
+            np.inf if settings.error_limit is None else settings.error_limit,
+        )
         guidance = DockingGuidance(settings.plan.plan())
         self._pilot = DockingPilot(controller, physics.dock_frames, self.control_period, guidance)
         self._latch = settings.latch.latch()
@@ -274,7 +103,8 @@ class Docking(MarineTask):
         self._pilot_state = self._pilot.initial()
         self._latch_state = self._latch.initial()
         self._wrench, self._target = np.zeros(6), np.zeros(3)
-        self._peak, self._capture, self._latch_time = 0.0, {}, np.inf
+        self._capture: dict[str, float] = {}
+        self._peak, self._latch_time = 0.0, np.inf
         self._crashed, self._height, self._entries = False, -np.inf, 0
         self._start_time = 0.0
         if self.settings.random_start_time:
@@ -456,8 +286,9 @@ def build(
                 f"the docking task needs vehicle {role!r}; the scenario has: "
                 f"{', '.join(scenario.vehicles)}"
             )
-    physics = DockingPhysics.from_mjmodel(compile_scene(scenario).model)
-    task = Docking(scenario, settings, scenario.task.name == "dock", random)
+    scene = compile_scene(scenario)
+    physics = DockingPhysics.from_mjmodel(scene.model)
+    task = Docking(scene, settings, scenario.task.name == "dock", random)
     options = {"time_limit": scenario.duration, **(environment_kwargs or {})}
     return control.Environment(
         physics,

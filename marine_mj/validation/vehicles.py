@@ -273,7 +273,7 @@ def scout_orbit() -> Iterator[Row]:
             path.append([data.qpos[0], -data.qpos[2]])
         return np.array(path)
 
-    t: Array = np.arange(10001) * 0.01
+    t = np.linspace(0.0, 100.0, 10001)
     end = t > 100 - 2 * 4.6
     environment = Environment(waves=sea)
     path = sail(load("scout", environment), 8, 100)

@@ -19,6 +19,7 @@ SIZES = {
     "linear_damping_flu": {6, 36},
     "quadratic_damping_frd": {6, 36},
     "quadratic_damping_flu": {6, 36},
+    "viscous_damping_frd": (6, 36),
     "quadratic_damping_lumped_frd": {6, 36},
     "displaced_volume": {1},
     "buoyancy": {1},

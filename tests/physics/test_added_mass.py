@@ -1,5 +1,7 @@
 """Added mass: closed forms, equivalence of models, invariants, an independent integrator."""
 
+import itertools
+
 import mujoco
 import numpy as np
 import pytest
@@ -48,9 +50,7 @@ def test_released_sphere(ratio):
 def test_acceleration_is_kirchhoffs(integrator, solver, seed):
     M_A = random_added_mass(seed)
     model = marine_mj.load_xml(
-        one_body(
-            added_mass=M_A, integrator=integrator, gravity=0, option=f'solver="{solver}"'
-        )
+        one_body(added_mass=M_A, integrator=integrator, gravity=0, option=f'solver="{solver}"')
     )
     data = mujoco.MjData(model)
     rng = np.random.default_rng(seed)
@@ -62,7 +62,7 @@ def test_acceleration_is_kirchhoffs(integrator, solver, seed):
     R = data.xmat[1].reshape(3, 3)
     v, w = R.T @ data.qvel[:3], data.qvel[3:]
     nu_dot = np.linalg.solve(
-        M_RB + M_A, kirchhoff(M_RB + M_A, np.r_[v, w]) + [7, 0, 0, 0, 0, 0]
+        M_RB + M_A, kirchhoff(M_RB + M_A, np.r_[v, w]) + np.array([7.0, 0, 0, 0, 0, 0])
     )
     expected = np.r_[R @ (nu_dot[:3] + np.cross(w, v)), nu_dot[3:]]
     # measured 3e-15
@@ -156,7 +156,7 @@ def test_order_of_convergence(integrator):
     errors = [tumble(integrator, h) for h in (0.02, 0.01, 0.005)]
     # measured ratios: 2.0 for the semi-implicit ones, 4.0 for RK4 (MuJoCo 3.17: second order)
     order = 2.0 if integrator == "RK4" else 1.0
-    for coarse, fine in zip(errors, errors[1:], strict=False):
+    for coarse, fine in itertools.pairwise(errors):
         assert coarse / fine > 0.85 * 2**order
 
 
@@ -192,9 +192,7 @@ def test_articulated_body_keeps_its_energy():
             mujoco.mj_jac(model, data, J[:3], J[3:], data.xpos[body], body)
             R = data.xmat[body].reshape(3, 3)
             nu = np.r_[R.T @ J[:3] @ data.qvel, R.T @ J[3:] @ data.qvel]
-            M = rigid_mass(
-                model.body_mass[body], model.body_ipos[body], model.body_inertia[body]
-            )
+            M = rigid_mass(model.body_mass[body], model.body_ipos[body], model.body_inertia[body])
             turn = np.zeros(9)
             mujoco.mju_quat2Mat(turn, model.body_iquat[body])
             T = turn.reshape(3, 3)

@@ -94,9 +94,7 @@ def test_bounce_equals_that_of_a_natively_heavier_body():
     ball = BALL.replace("0.02 1", "0.02 0.3")
     common = {"center": "0 0 0", "extra": ball, "world": PLANE, "gravity": 0, "timestep": 0.001}
     wet = bounce(one_body(added_mass=[15, 15, 15, 3, 3, 3], mass=5, **common))
-    heavy = bounce(
-        one_body(added_mass=np.zeros(6), mass=20, inertia="4 5 6", **common)
-    )
+    heavy = bounce(one_body(added_mass=np.zeros(6), mass=20, inertia="4 5 6", **common))
     # measured equal to 1e-13; exit speed 0.28 m/s: a real bounce
     assert wet[0] > 0.1
     np.testing.assert_allclose(wet, heavy, rtol=1e-9)

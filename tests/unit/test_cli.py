@@ -3,8 +3,10 @@
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
+import marine_mj
 from marine_mj import cli
 from marine_mj.errors import ModelError
 from marine_mj.new_vehicle import new_vehicle
@@ -61,3 +63,24 @@ def test_new_vehicle_refusals(tmp_path):
         new_vehicle("x", tmp_path, mass=-1)
     with pytest.raises(ModelError, match="needs 6, 21 or 36 values, got 2"):
         new_vehicle("x", tmp_path, coefficients={"added_mass_frd": [1, 2]})
+
+
+def test_new_vehicle_is_the_template_with_names_and_numbers(tmp_path):
+    folder = new_vehicle(
+        "otter",
+        tmp_path / "models",
+        mass=11.5,
+        inertia=[0.16, 0.17, 0.18],
+        buoyancy=114.8,
+        coefficients={"added_mass_frd": [5.5, 12.7, 14.57, 0.12, 0.12, 0.12]},
+    )
+    text = (folder / "otter.xml").read_text()
+    assert "VEHICLE" not in text and "displaced_volume" not in text.split("</custom>")[0]
+    model = marine_mj.load(str(folder))
+    body = model.body("hull")
+    assert body.mass[0] == 11.5
+    np.testing.assert_allclose(sorted(body.inertia), [0.16, 0.17, 0.18])
+    np.testing.assert_allclose(
+        model.numeric("hull.added_mass_frd").data, [5.5, 12.7, 14.57, 0.12, 0.12, 0.12]
+    )
+    assert model.numeric("hull.buoyancy").data[0] == 114.8

@@ -237,7 +237,7 @@ def test_damaged_wave_database(tmp_path):
     refused(
         with_database(path),
         "damaged.nc is not a wave database",
-        "(complex, omega, wave_direction",
+        "radiation_damping",
         environment=Environment(waves=SEA),
     )
 

@@ -43,9 +43,43 @@ _NUMBER_OF_CAUSES = len(t_.CAUSES)
 
 
 @njit
-def body_twist(data, body, root, nu):
-    """nu (6) = [v; omega] of the body frame, body axes, from MuJoCo's spatial velocity."""
-    R = advance(floats(data, _XMAT), 9 * body)
+def load_axes(data, p, R):
+    """R (9): axes of the loads, to world. The body's own, or level ones turned by its yaw."""
+    own = advance(floats(data, _XMAT), 9 * int(p[t_.B_BODY]))
+    if p[t_.B_SEAKEEPING] > 0.0:
+        yaw = math.atan2(own[3], own[0])
+        c, s = math.cos(yaw), math.sin(yaw)
+        R[0], R[1], R[2] = c, -s, 0.0
+        R[3], R[4], R[5] = s, c, 0.0
+        R[6], R[7], R[8] = 0.0, 0.0, 1.0
+        return
+    for i in range(9):
+        R[i] = own[i]
+
+
+@njit
+def _turn_rate(data, p, R, nu, spin):
+    """spin (3): angular velocity of the axes of the loads, in those axes."""
+    if p[t_.B_SEAKEEPING] > 0.0:
+        own = advance(floats(data, _XMAT), 9 * int(p[t_.B_BODY]))
+        # rate of atan2(own[3], own[0]), from d/dt R = omega x R
+        ox = R[0] * nu[3] + R[1] * nu[4]
+        oy = R[3] * nu[3] + R[4] * nu[4]
+        rate_x = oy * own[6] - nu[5] * own[3]
+        rate_y = nu[5] * own[0] - ox * own[6]
+        level = own[0] * own[0] + own[3] * own[3]
+        spin[0] = spin[1] = spin[2] = 0.0
+        if level > 1e-12:
+            spin[2] = (own[0] * rate_y - own[3] * rate_x) / level
+        return
+    for i in range(3):
+        spin[i] = nu[3 + i]
+
+
+@njit
+def body_twist(data, p, R, nu):
+    """nu (6) = [v; omega] of the body origin in the axes R, from MuJoCo's spatial velocity."""
+    body, root = int(p[t_.B_BODY]), int(p[t_.B_ROOT])
     x = advance(floats(data, _XPOS), 3 * body)
     com = advance(floats(data, _SUBTREE_COM), 3 * root)
     c = advance(floats(data, _CVEL), 6 * body)
@@ -60,7 +94,7 @@ def body_twist(data, body, root, nu):
 
 @njit
 def _water_at_body(table, p, R, x, time, points, wet, nu_w, acc_w):
-    """Water twist nu_w (6) and acceleration acc_w (6) the body feels, body axes; wet part per point.
+    """Water twist nu_w (6) and acceleration acc_w (6) the body feels; wet part of every point.
 
     A body with strips gets the rigid motion that fits the water motion along its length best
     (weighted least squares of the transverse components); without strips, the motion at its
@@ -80,7 +114,7 @@ def _water_at_body(table, p, R, x, time, points, wet, nu_w, acc_w):
         for i in range(3):
             first[i] = x[i]
             step[i] = 0.0
-    orbital, convective = p[t_.B_ORBITAL] > 0.0, p[t_.B_CONVECTIVE] > 0.0
+    orbital, convective = p[t_.B_SEAKEEPING] == 0.0, p[t_.B_CONVECTIVE] > 0.0
     water_row(table, first, step, count, time, orbital, convective, points)
 
     # world to body axes, in place
@@ -144,14 +178,30 @@ def _water_at_body(table, p, R, x, time, points, wet, nu_w, acc_w):
 
 
 @njit
-def _added_mass_loads(A, nu, nu_r, acc_w, f):
+def _relative_to_particles(table, R, x, time, nu, flow):
+    """Linear velocity flow (3) of a floating body relative to the water particles around it.
+
+    RAOs leave no orbital motion in nu_r; what grows with the square of the relative velocity still
+    needs it: a hull that moves with the wave meets no flow.
+    """
+    step, out = scratch(3), scratch(POINT)
+    for i in range(3):
+        step[i] = 0.0
+    water_row(table, x, step, 1, time, True, False, out)
+    for i in range(3):
+        flow[i] = nu[i] - (R[i] * out[0] + R[3 + i] * out[1] + R[6 + i] * out[2])
+
+
+@njit
+def _added_mass_loads(A, nu, nu_r, flow, spin, acc_w, f):
     """Everything of added mass but -M_A nu_dot: C_A(nu_r) nu_r and the water's acceleration.
 
-    Kirchhoff's equations in turning axes (Fossen 2021, eq. 6.50, and Lamb 1932, art. 124).
+    Kirchhoff's equations in axes that turn with `spin` (Fossen 2021, eq. 6.50, and Lamb 1932,
+    art. 124); the Munk moment from `flow`, the velocity (3) relative to the water particles.
     """
-    small = scratch(12)
-    p, a = small, advance(small, 6)
-    wx, wy, wz = nu[3], nu[4], nu[5]
+    small = scratch(15)
+    p, a, m = small, advance(small, 6), advance(small, 12)
+    wx, wy, wz = spin[0], spin[1], spin[2]
     # acceleration of the water seen from the turning axes: R^T Dv/Dt - omega x v_w
     ux, uy, uz = nu[0] - nu_r[0], nu[1] - nu_r[1], nu[2] - nu_r[2]
     a[0] = acc_w[0] - (wy * uz - wz * uy)
@@ -165,22 +215,25 @@ def _added_mass_loads(A, nu, nu_r, acc_w, f):
             p[i] += A[6 * i + j] * nu_r[j]
             force += A[6 * i + j] * a[j]
         f[i] += force
+    for i in range(3):
+        m[i] = A[6 * i] * flow[0] + A[6 * i + 1] * flow[1] + A[6 * i + 2] * flow[2]
+        m[i] += A[6 * i + 3] * nu_r[3] + A[6 * i + 4] * nu_r[4] + A[6 * i + 5] * nu_r[5]
     f[0] -= wy * p[2] - wz * p[1]
     f[1] -= wz * p[0] - wx * p[2]
     f[2] -= wx * p[1] - wy * p[0]
-    f[3] -= wy * p[5] - wz * p[4] + nu_r[1] * p[2] - nu_r[2] * p[1]
-    f[4] -= wz * p[3] - wx * p[5] + nu_r[2] * p[0] - nu_r[0] * p[2]
-    f[5] -= wx * p[4] - wy * p[3] + nu_r[0] * p[1] - nu_r[1] * p[0]
+    f[3] -= wy * p[5] - wz * p[4] + flow[1] * m[2] - flow[2] * m[1]
+    f[4] -= wz * p[3] - wx * p[5] + flow[2] * m[0] - flow[0] * m[2]
+    f[5] -= wx * p[4] - wy * p[3] + flow[0] * m[1] - flow[1] * m[0]
 
 
 @njit
-def _damping_loads(p, nu, nu_r, points, wet, mean_wet, f):
-    """Linear, quadratic and cross-flow drag on the relative motion."""
+def _damping_loads(p, nu, nu_r, flow, points, wet, mean_wet, f):
+    """Linear damping, and quadratic and cross-flow drag on the motion relative to the particles."""
     linear, quadratic = advance(p, t_.B_LINEAR), advance(p, t_.B_QUADRATIC)
     for i in range(6):
         force = 0.0
         for j in range(6):
-            force += (linear[6 * i + j] + quadratic[6 * i + j] * abs(nu_r[j])) * nu_r[j]
+            force += linear[6 * i + j] * nu_r[j] + quadratic[6 * i + j] * abs(flow[j]) * flow[j]
         f[i] -= mean_wet * force
     drag_y, drag_z = p[t_.B_STRIP_DRAG], p[t_.B_STRIP_DRAG + 1]
     if drag_y == 0.0 and drag_z == 0.0:
@@ -236,43 +289,53 @@ def _displacement_loads(table, p, R, points, wet, buoyancy, pressure):
 
 
 @njit
-def body_loads(model, data, table, p, time, nu, f, inertia):
-    """Wrenches by cause f (cause, 6) and inertia matrices (INERTIAS, 36) of one body record."""
-    body, root = int(p[t_.B_BODY]), int(p[t_.B_ROOT])
-    R = advance(floats(data, _XMAT), 9 * body)
+def body_loads(model, data, table, p, time, R, nu, f, inertia):
+    """Wrenches by cause f (cause, 6) and inertia matrices (INERTIAS, 36) of one body record.
+
+    Both about the body origin in the axes R (9) of the loads, which it returns, with the twist nu.
+    """
+    body = int(p[t_.B_BODY])
     x = advance(floats(data, _XPOS), 3 * body)
     for i in range(_CAUSES):
         f[i] = 0.0
     for i in range(_INERTIAS):
         inertia[i] = 0.0
-    small = scratch(18)
-    nu_w, acc_w, nu_r = small, advance(small, 6), advance(small, 12)
+    small = scratch(27)
+    nu_w, acc_w, nu_r, spin = small, advance(small, 6), advance(small, 12), advance(small, 18)
+    flow = advance(small, 21)
     points, wet = scratch(_STRIP_VALUES), scratch(_STRIPS)
-    body_twist(data, body, root, nu)
+    load_axes(data, p, R)
+    body_twist(data, p, R, nu)
+    _turn_rate(data, p, R, nu, spin)
     mean_wet = _water_at_body(table, p, R, x, time, points, wet, nu_w, acc_w)
     for i in range(6):
         nu_r[i] = nu[i] - nu_w[i]
+        flow[i] = nu_r[i]
+    if p[t_.B_SEAKEEPING] > 0.0:
+        _relative_to_particles(table, R, x, time, nu, flow)
     A = advance(p, t_.B_ADDED_MASS)
     for i in range(36):
         inertia[i] = A[i]
-    _added_mass_loads(A, nu, nu_r, acc_w, f)
-    _damping_loads(p, nu, nu_r, points, wet, mean_wet, advance(f, 6 * t_.C_DAMPING))
+    _added_mass_loads(A, nu, nu_r, flow, spin, acc_w, f)
+    _damping_loads(p, nu, nu_r, flow, points, wet, mean_wet, advance(f, 6 * t_.C_DAMPING))
     buoyancy, waves = advance(f, 6 * t_.C_RESTORING), advance(f, 6 * t_.C_WAVES)
     _displacement_loads(table, p, R, points, wet, buoyancy, waves)
-    elements.apply(model, data, table, p, body, R, x, nu, time, f, inertia)
+    elements.apply(model, data, table, p, body, R, nu, time, f, inertia)
 
 
 @njit
-def _bias_acceleration(model, data, p, nu, a):
-    """a (6) = Jdot qvel: what is left of the twist rate when qacc = 0, body axes."""
+def _bias_acceleration(model, data, p, R, nu, a):
+    """a (6) = Jdot qvel: what is left of the rate of nu when qacc = 0, in the axes of the loads."""
     if p[t_.B_FREE] > 0.0:
-        a[0] = -(nu[4] * nu[2] - nu[5] * nu[1])
-        a[1] = -(nu[5] * nu[0] - nu[3] * nu[2])
-        a[2] = -(nu[3] * nu[1] - nu[4] * nu[0])
-        a[3] = a[4] = a[5] = 0.0
+        spin = scratch(3)
+        _turn_rate(data, p, R, nu, spin)
+        for i in range(2):
+            v = advance(nu, 3 * i)
+            a[3 * i] = -(spin[1] * v[2] - spin[2] * v[1])
+            a[3 * i + 1] = -(spin[2] * v[0] - spin[0] * v[2])
+            a[3 * i + 2] = -(spin[0] * v[1] - spin[1] * v[0])
         return
     body, root = int(p[t_.B_BODY]), int(p[t_.B_ROOT])
-    R = advance(floats(data, _XMAT), 9 * body)
     x = advance(floats(data, _XPOS), 3 * body)
     com = advance(floats(data, _SUBTREE_COM), 3 * root)
     rx, ry, rz = x[0] - com[0], x[1] - com[1], x[2] - com[2]
@@ -288,9 +351,7 @@ def _bias_acceleration(model, data, p, nu, a):
         c = advance(floats(data, _CDOF), 6 * dof)
         joint = ints(model, _DOF_JOINT)[dof]
         kind = ints(model, _JOINT_TYPE)[joint]
-        turning = kind == _BALL or (
-            kind == _FREE and dof >= ints(model, _JOINT_DOF)[joint] + 3
-        )
+        turning = kind == _BALL or (kind == _FREE and dof >= ints(model, _JOINT_DOF)[joint] + 3)
         if turning:  # MuJoCo keeps these axes fixed in cdof_dot: cross product with cvel instead
             w = advance(floats(data, _CVEL), 6 * ints(model, _DOF_BODY)[dof])
             d0, d1, d2 = w[1] * c[2] - w[2] * c[1], w[2] * c[0] - w[0] * c[2], 0.0
@@ -318,8 +379,8 @@ def _bias_acceleration(model, data, p, nu, a):
 
 
 @njit(fastmath=FAST)
-def apply_loads(model, data, p, nu, f, inertia):
-    """M += J^T A J and qfrc_passive += J^T (sum of causes - A Jdot qvel), J of the body frame."""
+def apply_loads(model, data, p, R, nu, f, inertia):
+    """M += J^T A J and qfrc_passive += J^T (sum of causes - A Jdot qvel), nu = J qvel."""
     body, root = int(p[t_.B_BODY]), int(p[t_.B_ROOT])
     small = scratch(48)
     A, total, bias = small, advance(small, 36), advance(small, 42)
@@ -327,14 +388,13 @@ def apply_loads(model, data, p, nu, f, inertia):
         A[i] = 0.0
         for law in range(t_.INERTIAS):
             A[i] += inertia[36 * law + i]
-    _bias_acceleration(model, data, p, nu, bias)
+    _bias_acceleration(model, data, p, R, nu, bias)
     for i in range(6):
         total[i] = 0.0
         for cause in range(_NUMBER_OF_CAUSES):
             total[i] += f[6 * cause + i]
         for j in range(6):
             total[i] -= A[6 * i + j] * bias[j]
-    R = advance(floats(data, _XMAT), 9 * body)
     x = advance(floats(data, _XPOS), 3 * body)
     com = advance(floats(data, _SUBTREE_COM), 3 * root)
     rx, ry, rz = x[0] - com[0], x[1] - com[1], x[2] - com[2]

@@ -30,7 +30,7 @@ _CTRL = field("d", "ctrl")
 _ACT_ADDRESS = field("m", "actuator_actadr")
 _DYNPRM = field("m", "actuator_dynprm")
 
-_NU_F = 6 + 6 * len(t_.CAUSES)
+_WORK = 15 + 6 * len(t_.CAUSES)
 _INERTIAS = 36 * t_.INERTIAS
 _WRENCHES = 6 * len(t_.CAUSES)
 
@@ -67,33 +67,33 @@ def _compile(source: int):
         if table[t_.H_LENGTH] > size:
             return
         mj_makeM(model, data)
-        work, inertia = scratch(_NU_F), scratch(_INERTIAS)
-        nu, f = work, advance(work, 6)
+        work, inertia = scratch(_WORK), scratch(_INERTIAS)
+        nu, R, f = work, advance(work, 6), advance(work, 15)
         time = float_value(data, _TIME)
         place = int(table[t_.H_FIRST_BODY])
         for _ in range(int(table[t_.H_BODIES])):
             p = advance(table, place)
-            body_loads(model, data, table, p, time, nu, f, inertia)
-            apply_loads(model, data, p, nu, f, inertia)
+            body_loads(model, data, table, p, time, R, nu, f, inertia)
+            apply_loads(model, data, p, R, nu, f, inertia)
             place += int(p[t_.B_SIZE])
         mj_factorM(model, data)
 
     @cfunc(types.void(types.voidptr, types.voidptr, types.CPointer(types.float64)), cache=True)
     def report(model, data, out):
-        """Wrenches by cause and inertia matrices of every body, into out (bodies, REPORT_SIZE)."""
+        """Wrenches and inertias in the axes of the loads, into out (bodies, REPORT_SIZE)."""
         count = size_value(model, _NUMERICS)
         if source == 0:
             return
         address = ints(model, _NUMERIC_ADDRESS)[count - 1]
         table = advance(floats(model, _NUMERIC_DATA), address)
-        nu = scratch(6)
+        nu, R = scratch(6), scratch(9)
         time = float_value(data, _TIME)
         place = int(table[t_.H_FIRST_BODY])
         for number in range(int(table[t_.H_BODIES])):
             p = advance(table, place)
             row = advance(out, number * t_.REPORT_SIZE)
             inertia = advance(row, _WRENCHES)
-            body_loads(model, data, table, p, time, nu, row, inertia)
+            body_loads(model, data, table, p, time, R, nu, row, inertia)
             place += int(p[t_.B_SIZE])
 
     @cfunc(types.float64(types.voidptr, types.voidptr, types.int32), cache=True)

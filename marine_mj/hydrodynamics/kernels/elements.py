@@ -1,7 +1,8 @@
 """Force laws that only some bodies have: one function each, chosen by the element's kind.
 
 Every law adds to the wrench accumulators `f` (cause, 6) and may add an inertia matrix to `inertia`
-(INERTIAS, 36), both about the body origin in body axes (FLU). `q` points at the parameters.
+(INERTIAS, 36), both about the body origin in the axes R of the loads: the body's own (FLU), or
+level ones turned by its yaw where RAOs stand for the waves. `q` points at the parameters.
 """
 
 import math
@@ -23,6 +24,7 @@ from marine_mj.hydrodynamics.kernels.water import FAST, phasors, series
 _ACT = field("d", "act")
 _XQUAT = field("d", "xquat")
 _XPOS = field("d", "xpos")
+_XMAT = field("d", "xmat")
 _TIMESTEP = field("m", "opt.timestep")
 _INTEGRATOR = field("m", "opt.integrator")
 _RK4 = 1  # mjINT_RK4
@@ -38,42 +40,34 @@ def _rotate_to_body(R, x, y, z, out):
 
 
 @njit
-def _add_heading_wrench(R, w, f):
-    """Adds wrench `w` (6) given in the heading frame (level axes, turned by the yaw) to f (6)."""
-    yaw = math.atan2(R[3], R[0])
-    c, s = math.cos(yaw), math.sin(yaw)
-    for i in range(2):
-        g = advance(w, 3 * i)
-        x, y, z = c * g[0] - s * g[1], s * g[0] + c * g[1], g[2]
-        for j in range(3):
-            f[3 * i + j] += R[j] * x + R[3 + j] * y + R[6 + j] * z
-
-
-@njit
-def restoring(q, R, height, f):
+def restoring(q, own, R, height, f):
     """Linear hydrostatics about the floating equilibrium: -G eta, and what carries the weight.
 
+    own: attitude of the body (9), R: axes of the loads.
     q: G (36, FLU), equilibrium height, weight [N], centre of gravity (3).
     """
-    small = scratch(12)
-    eta, w = small, advance(small, 6)
+    eta = scratch(6)
     for i in range(6):
         eta[i] = 0.0
     eta[2] = height - q[36]
-    eta[3] = math.atan2(R[7], R[8])
-    eta[4] = -math.asin(min(max(R[6], -1.0), 1.0))
+    eta[3] = math.atan2(own[7], own[8])
+    eta[4] = -math.asin(min(max(own[6], -1.0), 1.0))
     for i in range(6):
-        w[i] = 0.0
         for j in range(2, 5):
-            w[i] -= q[6 * i + j] * eta[j]
-    _add_heading_wrench(R, w, f)
-    up = scratch(3)
+            f[i] -= q[6 * i + j] * eta[j]
+    # the weight of the body acts at its centre of gravity: lift it there
+    arm, up = scratch(3), scratch(3)
+    for i in range(3):
+        arm[i] = 0.0
+        for j in range(3):
+            world = own[3 * j] * q[38] + own[3 * j + 1] * q[39] + own[3 * j + 2] * q[40]
+            arm[i] += R[3 * j + i] * world
     _rotate_to_body(R, 0.0, 0.0, q[37], up)
     for i in range(3):
         f[i] += up[i]
-    f[3] += q[39] * up[2] - q[40] * up[1]
-    f[4] += q[40] * up[0] - q[38] * up[2]
-    f[5] += q[38] * up[1] - q[39] * up[0]
+    f[3] += arm[1] * up[2] - arm[2] * up[1]
+    f[4] += arm[2] * up[0] - arm[0] * up[2]
+    f[5] += arm[0] * up[1] - arm[1] * up[0]
 
 
 @njit(fastmath=FAST)
@@ -90,8 +84,8 @@ def excitation(table, q, R, x, y, time, f):
     """Wave-exciting wrench of a floating body from its force RAOs.
 
     q: path (5, where a run starts, not used here), number of headings H, offset of
-    (H, 6, 2, components): complex force per component for the headings 2 pi h / H (NWU yaw), in
-    the heading frame, phase taken at the body origin.
+    (H, 6, 2, components): complex force per component for the headings 2 pi h / H (NWU yaw), level
+    axes, phase taken at the body origin.
     """
     n = int(table[t_.E_WAVES])
     if n == 0:
@@ -103,9 +97,6 @@ def excitation(table, q, R, x, y, time, f):
     place = math.atan2(R[3], R[0]) / (2.0 * math.pi) * headings
     lower = math.floor(place)
     fraction = place - lower
-    w = scratch(6)
-    for i in range(6):
-        w[i] = 0.0
     for side in range(2):
         share = fraction if side == 1 else 1.0 - fraction
         if share > 0.0:
@@ -113,8 +104,7 @@ def excitation(table, q, R, x, y, time, f):
             data = advance(table, int(q[6]) + heading * 12 * n)
             for i in range(6):
                 real = advance(data, 2 * i * n)
-                w[i] += share * _phasor_sum(real, advance(real, n), cosine, sine, n)
-    _add_heading_wrench(R, w, f)
+                f[i] += share * _phasor_sum(real, advance(real, n), cosine, sine, n)
 
 
 @njit
@@ -297,15 +287,17 @@ def tank(data, q, R, nu, gravity, f, inertia):
 
 
 @njit
-def apply(model, data, table, record, body, R, x, nu, time, f, inertia):
+def apply(model, data, table, record, body, R, nu, time, f, inertia):
     """All elements of one body record."""
+    own = advance(floats(data, _XMAT), 9 * body)
+    x = advance(floats(data, _XPOS), 3 * body)
     count = int(record[t_.B_ELEMENTS])
     place = int(record[t_.B_ELEMENT_DATA])
     for _ in range(count):
         kind = table[place + t_.EL_KIND]
         q = advance(table, place + t_.EL_DATA)
         if kind == t_.RESTORING:
-            restoring(q, R, x[2], advance(f, 6 * t_.C_RESTORING))
+            restoring(q, own, R, x[2], advance(f, 6 * t_.C_RESTORING))
         elif kind == t_.EXCITATION:
             excitation(table, q, R, x[0], x[1], time, advance(f, 6 * t_.C_WAVES))
         elif kind == t_.PRESCRIBED:

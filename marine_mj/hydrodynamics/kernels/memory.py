@@ -79,7 +79,9 @@ def scratch(typingctx, size):
     number = size.literal_value
 
     def codegen(context, builder, signature, args):
-        return cgutils.alloca_once(builder, ir.DoubleType(), size=ir.Constant(ir.IntType(64), number))
+        return cgutils.alloca_once(
+            builder, ir.DoubleType(), size=ir.Constant(ir.IntType(64), number)
+        )
 
     return types.CPointer(types.float64)(size), codegen
 
