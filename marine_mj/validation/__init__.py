@@ -48,6 +48,11 @@ def write(rows: Iterable[Row], folder: str | Path) -> Path:
     return path
 
 
+def _cell(text: str) -> str:
+    """Text that does not end its table cell."""
+    return text.replace("|", "\\|")
+
+
 def markdown(rows: Iterable[Row]) -> str:
     """The rows as the page docs/validation.md."""
     rows = list(rows)
@@ -65,8 +70,8 @@ def markdown(rows: Iterable[Row]) -> str:
         "| --- | ---: | ---: | ---: | --- | --- | --- |",
     ]
     lines += [
-        f"| {r.name} | {r.measured:.6g} | {r.expected:.6g} | {r.tolerance:.2g} | {r.unit} | "
-        f"{r.source} | {'yes' if r.ok else '**no**'} |"
+        f"| {_cell(r.name)} | {r.measured:.6g} | {r.expected:.6g} | {r.tolerance:.2g} | {r.unit} | "
+        f"{_cell(r.source)} | {'yes' if r.ok else '**no**'} |"
         for r in rows
     ]
     return "\n".join(lines) + "\n"

@@ -247,7 +247,11 @@ def moving_water() -> Iterator[Row]:
     data.qvel[:3] = sea.velocity(0, 0, -3, 0)
     mujoco.mj_step(model, data, 4000)
     path = solve_ivp(
-        lambda t, x: sea.velocity(x[0], x[1], x[2], t), (0, data.time), [0, 0, -3], rtol=1e-10, atol=1e-12
+        lambda t, x: sea.velocity(x[0], x[1], x[2], t),
+        (0, data.time),
+        [0, 0, -3],
+        rtol=1e-10,
+        atol=1e-12,
     )
     error = np.linalg.norm(data.qpos[:3] - path.y[:, -1])
     name = "small neutral sphere in waves, distance from the water particle after 4 periods"

@@ -250,7 +250,7 @@ def test_prescribed_motion_of_a_body_without_free_joint():
     xml = with_database("dus_v5750_box.nc").replace(
         '<freejoint name="a"/>', '<joint type="slide" axis="0 0 1"/>'
     )
-    refused(xml, "motion of 'a' in waves", "free joint", settings={"a": {"motion": "rao"}})
+    refused(xml, "motion 'rao' of 'a'", "free joint", settings={"a": {"motion": "rao"}})
 
 
 def test_too_many_wave_components():

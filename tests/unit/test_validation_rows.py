@@ -29,3 +29,8 @@ def test_page_names_what_was_missed():
     text = validation.markdown([GOOD, BAD])
     assert "1 of 2 values are within their tolerance. Missed: bad." in text
     assert "| bad | 1.05 | 1 | 0.02 | m | closed form | **no** |" in text
+
+
+def test_bars_do_not_end_a_cell():
+    text = validation.markdown([row("drag", 1, 1, "N", "D v |v|", within=0)])
+    assert r"| D v \|v\| |" in text
