@@ -156,6 +156,22 @@ def bench_command(
     _rows(rows)
 
 
+@app.command("validate")
+def validate_command(
+    results: Annotated[Path, typer.Option(help="Folder of validation.json.")] = Path("results"),
+    page: Annotated[Path, typer.Option(help="The table as a page.")] = Path("docs/validation.md"),
+) -> None:
+    """Compare with closed forms, independent solutions and the literature."""
+    from marine_mj import validation
+
+    with _progress() as report:
+        rows = validation.run(lambda done, total, name: report("validation", done, total))
+    validation.write(rows, results)
+    page.parent.mkdir(parents=True, exist_ok=True)
+    page.write_text(validation.markdown(rows), encoding="utf-8")
+    _rows([row.as_dict() for row in rows])
+
+
 @app.command("new-vehicle")
 def new_vehicle_command(
     name: Annotated[str, typer.Argument(help="Name of the vehicle and of its folder.")],
