@@ -67,8 +67,11 @@ def new_vehicle(
     for path in [*target.rglob("*.xml"), *target.rglob("*.md")]:
         text = path.read_text(encoding="utf-8").replace(_PLACEHOLDER, name)
         if path.suffix == ".xml":
-            inertial = {"mass": None if mass is None else [mass], "diaginertia": inertia}
-            inertial["pos"] = None if center_of_gravity is None else flip(center_of_gravity)
+            inertial: dict[str, Any] = {
+                "mass": None if mass is None else [mass],
+                "diaginertia": inertia,
+                "pos": None if center_of_gravity is None else flip(center_of_gravity),
+            }
             text = _filled(text, inertial, buoyancy, coefficients or {})
         path.write_text(text, encoding="utf-8")
     return target
