@@ -150,7 +150,8 @@ def bench_command(
     from marine_mj import benchmark
     from marine_mj.demo import write_json
 
-    rows = [_dictionary(row) for row in benchmark.run()]
+    console.print(benchmark.machine(), highlight=False)
+    rows = benchmark.run()
     if file is not None:
         write_json(file, rows)
     _rows(rows)
