@@ -5,13 +5,17 @@ behaves exactly as in plain MuJoCo.
 """
 
 from marine_mj.errors import MarineMjError
+from marine_mj.headless import tolerant_import
+
+tolerant_import("mujoco")
+
 from marine_mj.hydrodynamics.native import install, self_test
 
 install()
 self_test()
 
-from marine_mj.hydrodynamics.loader import load, load_xml  # noqa: E402
-from marine_mj.hydrodynamics.wrenches import check_state, wrenches  # noqa: E402
+from marine_mj.hydrodynamics.loader import load, load_xml
+from marine_mj.hydrodynamics.wrenches import check_state, wrenches
 
 __all__ = ["MarineMjError", "check_state", "load", "load_xml", "wrenches"]
 __version__ = "0.1.0"

@@ -1,37 +1,42 @@
-"""Importing dm_control on machines without a display or without OpenGL.
+"""Importing MuJoCo and dm_control on machines without a display or without OpenGL.
 
-dm_control chooses its OpenGL platform when it is imported: it takes GLFW if nothing is set, which
-needs a display, and fails if the platform that is set does not load. Simulation needs neither, so
-importing this module first imports dm_control's renderer with EGL as the default, and with none
-if that does not load. The environment variable is left as the user set it.
+Both choose their OpenGL platform when they are imported and fail if the one that MUJOCO_GL names
+does not load; dm_control takes GLFW if none is named, which needs a display. Simulation needs
+neither: here they are imported with the user's choice or EGL, and with no platform at all if that
+does not load. The environment variable is left as the user set it.
 """
 
 import importlib
 import os
 import sys
+from types import ModuleType
 
 _VARIABLE = "MUJOCO_GL"
-_RENDERER = "dm_control._render"
+#: Modules that keep a platform which did not load.
+_HALF_LOADED = ("OpenGL", "mujoco.egl", "mujoco.osmesa", "mujoco.gl_context", "dm_control._render")
 
 
-def _import_renderer() -> str:
-    """Import dm_control's renderer; the name of the platform it got."""
+def tolerant_import(name: str) -> ModuleType:
+    """The module `name`, without OpenGL if OpenGL does not load.
+
+    Raises:
+        ImportError: the module cannot be imported without OpenGL either.
+    """
     wanted = os.environ.get(_VARIABLE)
-    for platform in (wanted or "egl", "disable"):
-        os.environ[_VARIABLE] = platform
-        try:
-            return str(importlib.import_module(_RENDERER).BACKEND)
-        # Broken drivers raise many kinds of exception while they load.
-        except Exception:
-            for name in [n for n in sys.modules if n.startswith(_RENDERER)]:
-                del sys.modules[name]
-        finally:
-            if wanted is None:
-                del os.environ[_VARIABLE]
-            else:
-                os.environ[_VARIABLE] = wanted
-    return "disable"
-
-
-#: Platform that dm_control renders with.
-PLATFORM = _import_renderer()
+    try:
+        for platform in (wanted or "egl", "disable"):
+            os.environ[_VARIABLE] = platform
+            try:
+                return importlib.import_module(name)
+            # Broken drivers raise many kinds of exception while they load.
+            except Exception:
+                if platform == "disable":
+                    raise
+                for module in [m for m in sys.modules if m.startswith(_HALF_LOADED)]:
+                    del sys.modules[module]
+    finally:
+        if wanted is None:
+            del os.environ[_VARIABLE]
+        else:
+            os.environ[_VARIABLE] = wanted
+    raise ImportError(name)

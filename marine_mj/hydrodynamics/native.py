@@ -42,7 +42,7 @@ def _address(callback: Any) -> int | None:
 _refuse_python_callbacks()
 layout.register()  # before the kernels compile
 
-from marine_mj.hydrodynamics.kernels import callbacks  # noqa: E402
+from marine_mj.hydrodynamics.kernels import callbacks
 
 _REPORT = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)(
     callbacks.report.address

@@ -4,7 +4,10 @@ from typing import Any
 
 from dm_control.rl import control
 
-import marine_mj.headless  # noqa: F401  before anything of dm_control that renders
+from marine_mj.headless import tolerant_import
+
+tolerant_import("dm_control._render")  # before anything of dm_control that renders
+
 from marine_mj.errors import ScenarioError
 from marine_mj.scenario import Scenario
 from marine_mj.tasks import docking

@@ -1,5 +1,6 @@
 """Command line: messages and exit codes of what needs no simulation."""
 
+import os
 import subprocess
 import sys
 
@@ -86,3 +87,21 @@ def test_new_vehicle_is_the_template_with_names_and_numbers(tmp_path):
         model.numeric("hull.added_mass_frd").data, [5.5, 12.7, 14.57, 0.12, 0.12, 0.12]
     )
     assert model.numeric("hull.buoyancy").data[0] == 114.8
+
+
+def test_a_gl_platform_that_does_not_load_stops_no_simulation():
+    """Here MUJOCO_GL names a platform whose library is hidden: PyOpenGL finds nothing to load."""
+    code = (
+        "import sys, types\n"
+        "broken = types.ModuleType('OpenGL')\n"
+        "broken.__getattr__ = lambda name: (_ for _ in ()).throw(AttributeError(name))\n"
+        "sys.modules['OpenGL'] = broken\n"
+        "import marine_mj, mujoco\n"
+        "from marine_mj import suite\n"
+        "print(len(suite.ALL_TASKS), marine_mj.load('scout').nv)\n"
+    )
+    environment = {**os.environ, "MUJOCO_GL": "egl"}
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env=environment
+    )
+    assert result.stdout.split() == ["2", "6"], result.stderr
