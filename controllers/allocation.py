@@ -1,6 +1,6 @@
 """From a wanted wrench to thruster commands that respect each thruster's limits.
 
-Bounded weighted least squares by an active set (Harkegard 2002, "Efficient active set algorithms
+Bounded weighted least squares by an active set (Härkegård 2002, "Efficient active set algorithms
 for solving constrained least squares problems in aircraft control allocation"): what cannot be
 given is missed where it weighs least. Clipping a pseudo-inverse does not do that: a pitch moment
 out of reach saturates the forward thrusters against each other and surge is lost with it. Wrenches
@@ -11,9 +11,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from marine_mj.controllers.pid import Limits
+from numpy.typing import NDArray
 
 from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array
+
+Flags = NDArray[np.bool_]
 
 # Weight of the effort relative to that of the wrench: small enough not to be seen in the wrench.
 _EFFORT = 1e-7
@@ -33,7 +36,7 @@ class Allocator:
 
     effectiveness: Array
     limits: Limits
-    axis_weight: Array = field(default_factory=lambda: np.array([1, 1, 1, 3.3, 3.3, 3.3]))
+    axis_weight: Array = field(default_factory=lambda: np.array([1.0, 1, 1, 3.3, 3.3, 3.3]))
     iterations: int = 40
 
     def __post_init__(self) -> None:
@@ -66,7 +69,9 @@ class Allocator:
         hessian += np.diag(effort + 1e-30)
         slope = (self.axis_weight * flat) @ scaled  # (k, m)
         # One row at a time gives the same bits as a batch.
-        commands = np.stack([np.linalg.solve(hessian, row) for row in slope])
+        commands = np.zeros_like(slope)
+        for i, row in enumerate(slope):
+            commands[i] = np.linalg.solve(hessian, row)
         limited = self.limits.clip(commands)
         saturated = np.flatnonzero((limited != commands).any(axis=1))
         for k in saturated:
@@ -74,7 +79,7 @@ class Allocator:
         commands = limited.reshape(*wrench.shape[:-1], -1)
         return commands, commands @ self.effectiveness.T
 
-    def _bounded(self, hessian: Array, slope: Array, start: Array, free: Array) -> Array:
+    def _bounded(self, hessian: Array, slope: Array, start: Array, free: Flags) -> Array:
         """Minimum (m,) of `u H u / 2 - slope u` within the limits, from a start inside them."""
         low, high = self.limits.low, self.limits.high
         u, free = start.copy(), free.copy()
