@@ -51,6 +51,8 @@ class DockingPlan:
             with a memory of 4 s): waves come in groups, rad/s (inf: do not look).
         patience: ours: after this time of waiting twice `quiet_rate` is good enough, after twice
             this time three times, and so on, s.
+        retreat: ours: how much deeper the vehicle waits, without following the dock's velocity,
+            until the dock is quiet, m.
         corridor: ours: (2,) half length and half width at the aperture of the corridor in which a
             vehicle may rise, opening downwards by 20 deg; outside it goes back to waypoint 3, m.
         aperture: (2,) half length and half width within which a crossing is an entry, m.
@@ -70,6 +72,7 @@ class DockingPlan:
     wait_time: float = 0.0
     quiet_rate: float = np.inf
     patience: float = 15.0
+    retreat: float = 0.0
     corridor: tuple[float, float] = (np.inf, np.inf)
     aperture: tuple[float, float] = (0.5, 0.4)
     missed_depth: float = 0.3
@@ -179,7 +182,14 @@ class DockingGuidance:
         plan = self.plan
         inside = unrotate(aperture.rotation, vehicle.position - aperture.position)
         height = inside[..., 2]
-        targets = self._targets(state, carrier, aperture, seat)
+        squared = np.sum(aperture.velocity[..., 3:] ** 2, axis=-1)
+        turning = state.turning + period / _MEMORY * (squared - state.turning)
+        waiting = state.phase == Phase.WAIT
+        held = np.where(state.phase == Phase.ENTER, state.waited, 0.0)
+        waited = np.where(waiting, state.waited + period, held)
+        allowed = plan.quiet_rate * (1.0 + np.floor(waited / plan.patience))
+        quiet = turning < allowed**2
+        targets = self._targets(state, quiet, carrier, aperture, seat)
         distance = np.stack(
             [np.linalg.norm(t.position - vehicle.position, axis=-1) for t in targets], axis=-1
         )
@@ -192,15 +202,8 @@ class DockingGuidance:
         # Above the aperture plane the forks guide: no abort there.
         open_ = np.asarray(plan.corridor) + _CORRIDOR_SLOPE * np.maximum(-height, 0.0)[..., None]
         outside = (height < 0) & np.any(np.abs(inside[..., :2]) > open_, axis=-1)
-        ready = reached & (phase == Phase.WAIT) & (speed < plan.wait_speed) & ~outside
+        ready = reached & waiting & quiet & (speed < plan.wait_speed) & ~outside
         calm = np.where(ready, state.calm + period, 0.0)
-        waiting = phase == Phase.WAIT
-        held = np.where(phase == Phase.ENTER, state.waited, 0.0)
-        waited = np.where(waiting, state.waited + period, held)
-        squared = np.sum(aperture.velocity[..., 3:] ** 2, axis=-1)
-        turning = state.turning + period / _MEMORY * (squared - state.turning)
-        allowed = plan.quiet_rate * (1.0 + np.floor(waited / plan.patience))
-        ready &= turning < allowed**2
         advance |= ready & (calm > plan.wait_time)
         abort = (phase == Phase.ENTER) & ((speed > plan.wait_speed) | outside)
         # The entry counts once waypoint 2 has been reached (digest 6.5).
@@ -221,10 +224,15 @@ class DockingGuidance:
         following = GuidanceState(
             next_phase, height, progress, state.attempts + entered, calm, waited, turning
         )
-        return self._command(following, entered, targets), following
+        return self._command(following, quiet, entered, targets), following
 
     def _targets(
-        self, state: GuidanceState, carrier: RigidState, aperture: RigidState, seat: RigidState
+        self,
+        state: GuidanceState,
+        quiet: Array,
+        carrier: RigidState,
+        aperture: RigidState,
+        seat: RigidState,
     ) -> list[RigidState]:
         """Targets of the phases APPROACH, UNDER, WAIT, ENTER and CONTACT, in this order."""
         plan = self.plan
@@ -242,10 +250,14 @@ class DockingGuidance:
             axis=-1,
         )
         under = above - np.array([0.0, 0.0, plan.under_depth])
-        wait = aperture.position - np.array([0.0, 0.0, plan.wait_depth])
+        away = (plan.retreat > 0) & np.logical_not(quiet)
+        down = np.array([0.0, 0.0, 1.0])
+        wait_depth = plan.wait_depth + plan.retreat * away
+        wait = aperture.position - wait_depth[..., None] * down
+        matched = unrotate(_level_rotation(carrier.heading), aperture.linear_velocity)
         wait_twist = np.concatenate(
             [
-                unrotate(_level_rotation(carrier.heading), aperture.linear_velocity),
+                np.where(away[..., None], 0.0, matched),
                 np.zeros_like(wait),
             ],
             axis=-1,
@@ -265,7 +277,7 @@ class DockingGuidance:
         ]
 
     def _command(
-        self, state: GuidanceState, entered: Array, targets: list[RigidState]
+        self, state: GuidanceState, quiet: Array, entered: Array, targets: list[RigidState]
     ) -> GuidanceCommand:
         """Command of the phase each simulation is in."""
         index = np.minimum(state.phase, len(targets) - 1)
@@ -275,13 +287,15 @@ class DockingGuidance:
             return np.take_along_axis(values, index[..., None, None], axis=-2)[..., 0, :]
 
         contact = (state.phase == Phase.CONTACT)[..., None]
+        away = (state.phase == Phase.WAIT) & np.logical_not(quiet) & (self.plan.retreat > 0)
+        follow = _FOLLOW[np.minimum(state.phase, Phase.CONTACT)]
         up = np.array([0.0, 0.0, self.plan.push])
         return GuidanceCommand(
             target=RigidState(pick("position"), pick("quaternion"), pick("velocity")),
             scale=np.where(contact, np.asarray(self.plan.contact_scale), 1.0),
             push=np.where(contact, up, 0.0),
             entered=entered,
-            follow=_FOLLOW[np.minimum(state.phase, Phase.CONTACT)],
+            follow=np.where(away[..., None], 0.0, follow),
         )
 
 

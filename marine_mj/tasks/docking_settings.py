@@ -25,6 +25,7 @@ class PlanSettings(Settings):
     wait_time: NotNegative = 0.0
     quiet_rate: Positive | None = None
     patience: Positive = 15.0
+    retreat: NotNegative = 0.0
     corridor: tuple[Positive, Positive] | None = None
     push: NotNegative = 20.0
     contact_scale: tuple[float, float, float, float, float, float] = (1.0,) * 6

@@ -126,6 +126,18 @@ def test_entry_waits_for_a_quiet_dock_but_not_for_ever():
     assert waiting(0.5, 11.0) == Phase.ENTER
 
 
+def test_vehicle_waits_deeper_while_the_dock_is_not_quiet():
+    guidance = DockingGuidance(DockingPlan(quiet_rate=0.3, retreat=0.7))
+    for turning, depth, follows in ((0.5**2, 2.7, 0.0), (0.1**2, 2.0, 1.0)):
+        state = type(guidance.initial())(
+            np.array(2), np.array(-1.0), np.array(0.0), np.array(0), turning=np.array(turning)
+        )
+        command, state = update(guidance, state, at(10, 0, -2.4))
+        assert state.phase == Phase.WAIT
+        np.testing.assert_allclose(command.target.position, [10, 0, -depth])
+        np.testing.assert_allclose(command.follow, [follows] * 3 + [0] * 3)
+
+
 def test_guidance_is_vectorised():
     guidance = DockingGuidance()
     rng = np.random.default_rng(0)
