@@ -124,12 +124,12 @@ def tube(start: ArrayLike, end: ArrayLike, radius: float, segments: int = 14) ->
     return trimesh.creation.cylinder(radius=radius, segment=[start, end], sections=segments)
 
 
-def path(points: ArrayLike, radius: float, segments: int = 12) -> trimesh.Trimesh:
+def path(points: ArrayLike, radius: float, segments: int = 8) -> trimesh.Trimesh:
     """Bent round bar through `points` (n, 3), with balls in the joints."""
     points = np.asarray(points, dtype=float)
     parts = [tube(a, b, radius, segments) for a, b in pairwise(points)]
     for point in points:
-        ball = trimesh.creation.icosphere(subdivisions=1, radius=radius)
+        ball = trimesh.creation.icosphere(subdivisions=int(segments > 6), radius=radius)
         parts.append(ball.apply_translation(point))
     return join(*parts)
 
@@ -184,7 +184,7 @@ def lettering(text: str, height: float, weight: float = 0.14) -> trimesh.Trimesh
     for character in text:
         for stroke in LETTERS.get(character, []):
             points = [(-(cursor + a) * scale, 0.0, b * scale) for a, b in stroke]
-            parts.append(path(points, 0.5 * weight * height, 6))
+            parts.append(path(points, 0.5 * weight * height, 4))
         cursor += 5.4 if character != " " else 3.0
     mesh = join(*parts)
     return mesh.apply_translation(-mesh.bounds.mean(axis=0))

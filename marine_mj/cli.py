@@ -150,10 +150,27 @@ def bench_command(
     from marine_mj import benchmark
     from marine_mj.demo import write_json
 
-    rows = [_dictionary(row) for row in benchmark.run()]
+    console.print(benchmark.machine(), highlight=False)
+    rows = benchmark.run()
     if file is not None:
         write_json(file, rows)
     _rows(rows)
+
+
+@app.command("validate")
+def validate_command(
+    results: Annotated[Path, typer.Option(help="Folder of validation.json.")] = Path("results"),
+    page: Annotated[Path, typer.Option(help="The table as a page.")] = Path("docs/validation.md"),
+) -> None:
+    """Compare with closed forms, independent solutions and the literature."""
+    from marine_mj import validation
+
+    with _progress() as report:
+        rows = validation.run(lambda done, total, name: report("validation", done, total))
+    validation.write(rows, results)
+    page.parent.mkdir(parents=True, exist_ok=True)
+    page.write_text(validation.markdown(rows), encoding="utf-8")
+    _rows([row.as_dict() for row in rows])
 
 
 @app.command("new-vehicle")
@@ -162,6 +179,9 @@ def new_vehicle_command(
     folder: Annotated[Path, typer.Option(help="Where the folder is made.")] = Path("models"),
     mass: Annotated[float | None, typer.Option(help="kg")] = None,
     inertia: Annotated[str | None, typer.Option(help="'Ix Iy Iz', kg m2")] = None,
+    center_of_gravity: Annotated[
+        str | None, typer.Option(help="'x y z' from the origin, FRD, m")
+    ] = None,
     buoyancy: Annotated[float | None, typer.Option(help="Submerged, N")] = None,
     added_mass: Annotated[str | None, typer.Option(help="6 values, FRD, positive")] = None,
     linear_damping: Annotated[str | None, typer.Option(help="6 values, FRD, positive")] = None,
@@ -180,6 +200,9 @@ def new_vehicle_command(
         folder,
         mass=mass,
         inertia=None if inertia is None else _numbers("--inertia", inertia),
+        center_of_gravity=None
+        if center_of_gravity is None
+        else _numbers("--center-of-gravity", center_of_gravity),
         buoyancy=buoyancy,
         coefficients={
             key: _numbers(f"--{key[:-4].replace('_', '-')}", text)

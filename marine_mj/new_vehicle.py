@@ -5,8 +5,10 @@ import shutil
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from marine_mj.errors import ModelError
+from marine_mj.frames import flip
 
 _TEMPLATE = "_template"
 #: Stands for the name in the template's files and in their names.
@@ -21,6 +23,7 @@ def new_vehicle(
     *,
     mass: float | None = None,
     inertia: Sequence[float] | None = None,
+    center_of_gravity: Sequence[float] | None = None,
     buoyancy: float | None = None,
     coefficients: dict[str, Sequence[float]] | None = None,
 ) -> Path:
@@ -31,6 +34,8 @@ def new_vehicle(
         folder: in which the vehicle's folder is made.
         mass: kg.
         inertia: (3,) about the centre of gravity, kg m2.
+        center_of_gravity: (3,) from the body origin, m, FRD; the template's centre of buoyancy is
+            at the origin.
         buoyancy: weight of the displaced water, N.
         coefficients: values of `hull.<key>` numerics, such as `added_mass_frd`.
 
@@ -46,6 +51,10 @@ def new_vehicle(
         raise ModelError(f"mass must be > 0 kg, got {mass}")
     if inertia is not None and (len(inertia) != 3 or min(inertia) <= 0):
         raise ModelError(f"inertia needs 3 values > 0 in kg m2, got {list(inertia)}")
+    if center_of_gravity is not None and len(center_of_gravity) != 3:
+        raise ModelError(
+            f"center_of_gravity needs 3 values in m (FRD), got {list(center_of_gravity)}"
+        )
     for key, values in (coefficients or {}).items():
         if len(values) not in _SIZES:
             raise ModelError(f"{key} needs 6, 21 or 36 values, got {len(values)}")
@@ -58,28 +67,33 @@ def new_vehicle(
     for path in [*target.rglob("*.xml"), *target.rglob("*.md")]:
         text = path.read_text(encoding="utf-8").replace(_PLACEHOLDER, name)
         if path.suffix == ".xml":
-            text = _filled(text, mass, inertia, buoyancy, coefficients or {})
+            inertial: dict[str, Any] = {
+                "mass": None if mass is None else [mass],
+                "diaginertia": inertia,
+                "pos": None if center_of_gravity is None else flip(center_of_gravity),
+            }
+            text = _filled(text, inertial, buoyancy, coefficients or {})
         path.write_text(text, encoding="utf-8")
     return target
 
 
 def _filled(
     text: str,
-    mass: float | None,
-    inertia: Sequence[float] | None,
+    inertial: dict[str, Any],
     buoyancy: float | None,
     coefficients: dict[str, Sequence[float]],
 ) -> str:
     """MJCF text with the given numbers; comments and layout stay."""
-    if mass is not None:
-        text = re.sub(r'(<inertial\b[^>]*\bmass=")[^"]*', rf"\g<1>{mass:g}", text, count=1)
-    if inertia is not None:
-        values = " ".join(f"{v:g}" for v in inertia)
-        text = re.sub(r'(<inertial\b[^>]*\bdiaginertia=")[^"]*', rf"\g<1>{values}", text, count=1)
+    for key, given in inertial.items():
+        if given is not None:
+            values = " ".join(f"{v + 0.0:g}" for v in given)
+            pattern = rf'(<inertial\b[^>]*\b{key}=")[^"]*'
+            text = re.sub(pattern, rf"\g<1>{values}", text, count=1)
     numbers = dict(coefficients)
     if buoyancy is not None:
         numbers["buoyancy"] = [buoyancy]
-        text = re.sub(r'\s*<numeric name="hull\.displaced_volume"[^>]*/>', "", text)
+        line = f'<numeric name="hull.buoyancy" data="{buoyancy:g}"/>'
+        text = re.sub(r'<numeric name="hull\.displaced_volume"[^>]*/>', line, text)
     for key, value in numbers.items():
         line = f'<numeric name="hull.{key}" data="{" ".join(f"{v:g}" for v in value)}"/>'
         pattern = rf'<numeric name="hull\.{key}"[^>]*/>'

@@ -6,18 +6,19 @@ import sys
 
 
 def main(file: str, worker: int, workers: int) -> None:
-    """Write frames `worker`, `worker + workers`, ... of the job in `file` to standard output."""
+    """Write this worker's frames of the job in `file` to standard output, in order."""
     # Whatever a driver prints must not end up in the pictures.
     output = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    from marine_mj.render_jobs import JobRenderer
+    from marine_mj.render_jobs import JobRenderer, worker_of
 
     with open(file, "rb") as stream:
         job = pickle.load(stream)
     renderer = JobRenderer(job)
-    for i in range(worker, len(job.states), workers):
-        output.write(renderer.frame(i).tobytes())
-        output.flush()
+    for i in range(len(job.states)):
+        if worker_of(i, workers) == worker:
+            output.write(renderer.frame(i).tobytes())
+            output.flush()
     renderer.close()
 
 

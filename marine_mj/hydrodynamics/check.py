@@ -70,7 +70,7 @@ def _submerged(body: BodyCoefficients, mass: float, center: Array, M: Array) -> 
     if height <= 0:
         return
     for name, along in (("pitch", -arm[0]), ("roll", arm[1])):
-        trim = np.degrees(np.arctan2(along, arm[2]))
+        trim = float(np.degrees(np.arctan2(along, arm[2]))) + 0.0
         yield Check(f"static trim, {name}", trim, "deg", "-15 to 15", bool(abs(trim) < 15))
     for axis in (3, 4):
         period = 2 * np.pi * np.sqrt(M[axis, axis] / arm[2])

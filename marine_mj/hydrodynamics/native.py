@@ -29,7 +29,7 @@ def _refuse(name: str, present: object) -> None:
 
 
 #: Base class of ctypes function pointers.
-_NATIVE = ctypes.CFUNCTYPE(None).__mro__[1]
+_NATIVE: Any = ctypes.CFUNCTYPE(None).__mro__[1]
 
 
 def _address(callback: Any) -> int | None:

@@ -299,3 +299,20 @@ def test_uniform_current_only():
     causes = marine_mj.wrenches(model, data)["a"]
     np.testing.assert_allclose(causes["damping"], [1.5, 0, 0, 0, 0, 0], atol=1e-14)
     np.testing.assert_allclose(causes["added_mass"][0], -5 * 1.5 / 15, atol=1e-14)
+
+
+def test_inverse_dynamics_gives_back_the_thrust():
+    """MuJoCo's mj_inverse works from the mass matrix, added mass included."""
+    joint = '<body name="b" pos="1 0 0"><joint name="h" type="hinge" axis="0 1 0"/>'
+    joint += '<inertial pos="0.3 0 0" mass="2" diaginertia=".1 .2 .3"/></body>'
+    numerics = f'<numeric name="b.added_mass_flu" data="{numbers(random_added_mass(3))}"/>'
+    model = marine_mj.load_xml(
+        one_body(added_mass=random_added_mass(2), numerics=numerics, extra=joint, gravity=0)
+    )
+    data = mujoco.MjData(model)
+    data.qvel[:] = [0.4, 0.2, -0.3, 0.5, -0.7, 0.9, 1.1]
+    data.ctrl[0] = 7
+    mujoco.mj_forward(model, data)
+    mujoco.mj_inverse(model, data)
+    # measured 1e-14
+    np.testing.assert_allclose(data.qfrc_inverse, data.qfrc_actuator, atol=1e-10)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from marine_mj.controllers import RigidState
 
-from marine_mj import frames, suite
+from marine_mj import frames, hydrodynamics, suite
 from marine_mj.errors import ModelError, ScenarioError, SimulationError
 from marine_mj.scenario import Scenario
 from marine_mj.scene import build_scene, compile_scene, scene_from_log
@@ -244,3 +244,14 @@ def test_goal_offset_shifts_the_target():
     env.step(np.array([0.0, 1.0, 0.0]))
     moved = env.task.signals(env.physics)["target_ned"] - before
     assert 0.15 < np.linalg.norm(moved) < 0.25
+
+
+def test_what_is_only_seen_does_not_move_anything():
+    ends = []
+    for visual in (True, False):
+        model = compile_scene(scenario(), visual=visual).model
+        data = mujoco.MjData(model)
+        hydrodynamics.start_in_waves(model, data)
+        mujoco.mj_step(model, data, 400)
+        ends.append(data.qpos.copy())
+    assert (ends[0] == ends[1]).all()

@@ -71,14 +71,16 @@ def test_new_vehicle_is_the_template_with_names_and_numbers(tmp_path):
         tmp_path / "models",
         mass=11.5,
         inertia=[0.16, 0.17, 0.18],
+        center_of_gravity=[0.0, 0.01, 0.02],
         buoyancy=114.8,
         coefficients={"added_mass_frd": [5.5, 12.7, 14.57, 0.12, 0.12, 0.12]},
     )
     text = (folder / "otter.xml").read_text()
-    assert "VEHICLE" not in text and "displaced_volume" not in text.split("</custom>")[0]
+    assert "VEHICLE" not in text and 'name="hull.displaced_volume"' not in text
     model = marine_mj.load(str(folder))
     body = model.body("hull")
     assert body.mass[0] == 11.5
+    np.testing.assert_allclose(body.ipos, [0, -0.01, -0.02])
     np.testing.assert_allclose(sorted(body.inertia), [0.16, 0.17, 0.18])
     np.testing.assert_allclose(
         model.numeric("hull.added_mass_frd").data, [5.5, 12.7, 14.57, 0.12, 0.12, 0.12]

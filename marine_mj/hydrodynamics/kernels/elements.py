@@ -19,7 +19,7 @@ from marine_mj.hydrodynamics.kernels.memory import (
     int_value,
     scratch,
 )
-from marine_mj.hydrodynamics.kernels.water import FAST, phasors, series
+from marine_mj.hydrodynamics.kernels.water import FAST, component, phasors, series
 
 _ACT = field("d", "act")
 _XQUAT = field("d", "xquat")
@@ -111,7 +111,7 @@ def excitation(table, q, R, x, y, time, f):
 def _motion(table, q, time, x, v, a):
     """Prescribed pose deviation x (6), its velocity v and acceleration a, at `time`."""
     n = int(table[t_.E_WAVES])
-    omega = advance(table, int(table[t_.E_WAVE_DATA]) + t_.W_OMEGA * n)
+    omega = component(table, t_.W_OMEGA)
     data = advance(table, int(q[4]))
     for i in range(6):
         x[i] = 0.0

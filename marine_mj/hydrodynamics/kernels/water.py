@@ -21,16 +21,21 @@ _WAVES = t_.MAX_WAVES
 POINT = 6
 
 
+@njit
+def component(table, row):
+    """One property (a row of the wave data) of all components."""
+    return advance(table, int(table[t_.E_WAVE_DATA]) + row * int(table[t_.E_WAVES]))
+
+
 @njit(fastmath=FAST)
 def phasors(table, x, y, time, cosine, sine):
     """cos and sin of the phase of every component at (x, y), time."""
     n = int(table[t_.E_WAVES])
-    row = advance(table, int(table[t_.E_WAVE_DATA]))
-    omega = advance(row, t_.W_OMEGA * n)
-    k = advance(row, t_.W_K * n)
-    bx = advance(row, t_.W_BX * n)
-    by = advance(row, t_.W_BY * n)
-    phase = advance(row, t_.W_PHASE * n)
+    omega = component(table, t_.W_OMEGA)
+    k = component(table, t_.W_K)
+    bx = component(table, t_.W_BX)
+    by = component(table, t_.W_BY)
+    phase = component(table, t_.W_PHASE)
     for i in range(n):
         s, c = sin_cos(k[i] * (bx[i] * x + by[i] * y) - omega[i] * time + phase[i])
         cosine[i] = c
@@ -41,13 +46,12 @@ def phasors(table, x, y, time, cosine, sine):
 def elevation(table, x, y, time):
     """Surface elevation [m] at (x, y), time."""
     n = int(table[t_.E_WAVES])
-    row = advance(table, int(table[t_.E_WAVE_DATA]))
-    omega = advance(row, t_.W_OMEGA * n)
-    k = advance(row, t_.W_K * n)
-    bx = advance(row, t_.W_BX * n)
-    by = advance(row, t_.W_BY * n)
-    phase = advance(row, t_.W_PHASE * n)
-    amplitude = advance(row, t_.W_AMPLITUDE * n)
+    omega = component(table, t_.W_OMEGA)
+    k = component(table, t_.W_K)
+    bx = component(table, t_.W_BX)
+    by = component(table, t_.W_BY)
+    phase = component(table, t_.W_PHASE)
+    amplitude = component(table, t_.W_AMPLITUDE)
     total = 0.0
     for i in range(n):
         _s, c = sin_cos(k[i] * (bx[i] * x + by[i] * y) - omega[i] * time + phase[i])
@@ -59,9 +63,8 @@ def elevation(table, x, y, time):
 def _depth_factors(table, z, rising, falling):
     """Orbital speed of every component at height z, split as cosh +- sinh: a omega e^{+-k(z+h)}."""
     n = int(table[t_.E_WAVES])
-    row = advance(table, int(table[t_.E_WAVE_DATA]))
-    k = advance(row, t_.W_K * n)
-    speed = advance(row, t_.W_SPEED * n)
+    k = component(table, t_.W_K)
+    speed = component(table, t_.W_SPEED)
     depth = table[t_.E_DEPTH]
     for i in range(n):
         rising[i] = speed[i] * exponential(k[i] * z)
@@ -77,11 +80,10 @@ def _depth_factors(table, z, rising, falling):
 def _sum(table, cosine, sine, rising, falling, convective, out, gradient):
     """Velocity and local acceleration into out (6), velocity gradient into gradient (5)."""
     n = int(table[t_.E_WAVES])
-    row = advance(table, int(table[t_.E_WAVE_DATA]))
-    omega = advance(row, t_.W_OMEGA * n)
-    k = advance(row, t_.W_K * n)
-    bx = advance(row, t_.W_BX * n)
-    by = advance(row, t_.W_BY * n)
+    omega = component(table, t_.W_OMEGA)
+    k = component(table, t_.W_K)
+    bx = component(table, t_.W_BX)
+    by = component(table, t_.W_BY)
     vx = vy = vz = ax = ay = az = 0.0
     for i in range(n):
         horizontal = rising[i] + falling[i]
@@ -274,10 +276,9 @@ def water_row(table, first, step, count, time, orbital, convective, out):
     if straight and count > 1:
         turn_c, turn_s = scratch(_WAVES), scratch(_WAVES)
         rise, fall = scratch(_WAVES), scratch(_WAVES)
-        row = advance(table, int(table[t_.E_WAVE_DATA]))
-        k = advance(row, t_.W_K * n)
-        bx = advance(row, t_.W_BX * n)
-        by = advance(row, t_.W_BY * n)
+        k = component(table, t_.W_K)
+        bx = component(table, t_.W_BX)
+        by = component(table, t_.W_BY)
         _turn(n, k, bx, by, step[0], step[1], turn_c, turn_s)
         _growth(n, k, step[2], rise)
         _growth(n, k, -step[2], fall)
