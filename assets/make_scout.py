@@ -55,14 +55,13 @@ def main() -> None:
                     np.linspace(0.0, 1.0, 10)])  # fmt: skip
     skirt = []
     for x in (0.294, -0.294):
-        y = np.copysign(0.08, x)
-        unit = place(duct(0.040, 0.15, 0.007), (0, 0, 0), (0, 1, 0), -90)
-        skirt.append(place(unit, (x, y, 0.0)))
+        unit = place(duct(0.040, 0.205, 0.007), (0, 0, 0), (0, 1, 0), -90)
+        skirt.append(place(unit, (x, 0.0, 0.0)))
     rings = []
     for x in (0.294, -0.294):
         for side in (90, -90):
             ring = place(duct(0.036, 0.03, 0.008), (0, 0, 0), (0, 0, 1), side)
-            rings.append(place(ring, (x, np.copysign(0.088, side), 0.0)))
+            rings.append(place(ring, (x, np.copysign(0.080, side), np.copysign(0.05, x))))
     antenna = path([(-0.30, 0, 0.095), (-0.32, 0, 0.155)], 0.006)
     port = place(lettering("LOBSTER", 0.055), (0.55, RADIUS - 0.002, 0.0))
     starboard = place(

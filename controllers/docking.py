@@ -1,11 +1,15 @@
 """The docking autopilot: guidance and pose control in one vectorised object."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
 
 import numpy as np
-from marine_mj.controllers.kinematics import RigidState
-from marine_mj.controllers.pid import PidState
-from marine_mj.controllers.pose_pid import PosePid
+from marine_mj.controllers.kinematics import (
+    AccelerationState,
+    Accelerometer,
+    RigidState,
+    acceleration_at,
+)
 from marine_mj.controllers.waypoints import (
     DockingGuidance,
     GuidanceCommand,
@@ -42,12 +46,35 @@ class DockFrames:
         )
 
 
+class Controller(Protocol):
+    """What the autopilot asks of a controller (`PosePid`, `Cpv`)."""
+
+    def initial(self, shape: tuple[int, ...] = ()) -> Any:
+        """State before the first update."""
+
+    def update(
+        self,
+        state: Any,
+        body: RigidState,
+        target: RigidState,
+        scale: Array | float = 1.0,
+        push: Array | float = 0.0,
+        acceleration: Array | float = 0.0,
+        contact: Array | bool = False,
+    ) -> tuple[Array, Any]:
+        """Wrench (..., 6) FLU at the body origin, and the next state."""
+
+    def applied(self, state: Any, wrench: Array) -> Any:
+        """State when the thrusters were asked for another wrench than `update` gave."""
+
+
 @dataclass(frozen=True)
 class PilotState:
     """Memory of the autopilot."""
 
     guidance: GuidanceState
-    control: PidState
+    control: Any
+    motion: AccelerationState
 
 
 @dataclass(frozen=True)
@@ -55,20 +82,33 @@ class DockingPilot:
     """Flies a vehicle into a dock.
 
     Attributes:
-        controller: pose controller; its limits are those of the vehicle.
+        controller: controller; its limits are those of the vehicle.
         frames: dock geometry.
         guidance: waypoint manager.
         period: time between updates, s.
     """
 
-    controller: PosePid
+    controller: Controller
     frames: DockFrames
     period: float
     guidance: DockingGuidance = field(default_factory=DockingGuidance)
 
     def initial(self, shape: tuple[int, ...] = ()) -> PilotState:
         """State at the start of the approach, for a leading shape."""
-        return PilotState(self.guidance.initial(shape), self.controller.initial(shape))
+        return PilotState(
+            self.guidance.initial(shape),
+            self.controller.initial(shape),
+            self.accelerometer.initial(shape),
+        )
+
+    @property
+    def accelerometer(self) -> Accelerometer:
+        """How the acceleration of the carrier is found."""
+        return Accelerometer(self.period)
+
+    def applied(self, state: PilotState, wrench: Array) -> PilotState:
+        """State when the thrusters were asked for another wrench (..., 6) than `update` gave."""
+        return replace(state, control=self.controller.applied(state.control, wrench))
 
     def update(
         self,
@@ -91,8 +131,15 @@ class DockingPilot:
         command, guidance = self.guidance.update(
             state.guidance, vehicle, carrier, aperture, seat, latched, self.period
         )
+        acceleration, motion = self.accelerometer.update(state.motion, carrier)
         wrench, control = self.controller.update(
-            state.control, vehicle, command.target, command.scale, command.push
+            state.control,
+            vehicle,
+            command.target,
+            command.scale,
+            command.push,
+            command.follow * acceleration_at(carrier, acceleration, command.target.position),
+            guidance.phase == Phase.CONTACT,
         )
         off = (guidance.phase == Phase.LATCHED)[..., None]
-        return np.where(off, 0.0, wrench), command, PilotState(guidance, control)
+        return np.where(off, 0.0, wrench), command, PilotState(guidance, control, motion)

@@ -96,6 +96,70 @@ def relative_velocity(body: RigidState, reference: RigidState) -> Array:
     return np.concatenate([linear, angular], axis=-1)
 
 
+def body_acceleration(body: RigidState, acceleration: Array | float) -> Array:
+    """Rates (..., 6) of the components of `nu` of a body that accelerates so in world axes.
+
+    Args:
+        body: its state.
+        acceleration: (..., 6) of its origin and of its rotation, world axes NWU, m/s2, rad/s2.
+    """
+    acceleration = np.broadcast_to(np.asarray(acceleration, dtype=float), body.velocity.shape)
+    v, w = body.velocity[..., :3], body.velocity[..., 3:]
+    linear = unrotate(body.rotation, acceleration[..., :3]) - _cross(w, v)
+    return np.concatenate([linear, unrotate(body.rotation, acceleration[..., 3:])], axis=-1)
+
+
+@dataclass(frozen=True)
+class AccelerationState:
+    """Memory of an `Accelerometer`.
+
+    Attributes:
+        velocity: (..., 6) at the last update, world axes; NaN before the first one.
+        filtered: (..., 6) acceleration, low-passed.
+    """
+
+    velocity: Array
+    filtered: Array
+
+
+@dataclass(frozen=True)
+class Accelerometer:
+    """Acceleration of a body from its velocity, world axes: difference, low-pass, lead.
+
+    Attributes:
+        period: time between updates, s.
+        smoothing: time constant of the low-pass, s.
+        lead: how far ahead the result is, s: makes up for actuators that lag.
+    """
+
+    period: float
+    smoothing: float = 0.1
+    lead: float = 0.2
+
+    def initial(self, shape: tuple[int, ...] = ()) -> AccelerationState:
+        """State before the first update, for a leading shape."""
+        return AccelerationState(np.full((*shape, 6), np.nan), np.zeros((*shape, 6)))
+
+    def update(self, state: AccelerationState, body: RigidState) -> tuple[Array, AccelerationState]:
+        """Acceleration (..., 6) of origin and rotation, world axes NWU, and the next state."""
+        spin = rotate(body.rotation, body.velocity[..., 3:])
+        velocity = np.concatenate([body.linear_velocity, spin], axis=-1)
+        raw = np.where(np.isnan(state.velocity), 0.0, (velocity - state.velocity) / self.period)
+        rest = raw - state.filtered
+        filtered = state.filtered - np.expm1(-self.period / self.smoothing) * rest
+        ahead = filtered + self.lead / self.smoothing * (raw - filtered)
+        return ahead, AccelerationState(velocity, filtered)
+
+
+def acceleration_at(body: RigidState, acceleration: Array, point: Array) -> Array:
+    """Acceleration (..., 6) of a point (..., 3) fixed to a body, world axes NWU."""
+    arm = point - body.position
+    spin = rotate(body.rotation, body.velocity[..., 3:])
+    turning = acceleration[..., 3:]
+    linear = acceleration[..., :3] + _cross(turning, arm) + _cross(spin, _cross(spin, arm))
+    return np.concatenate([linear, turning], axis=-1)
+
+
 def heading_quaternion(heading: Array) -> Array:
     """Attitude (..., 4) wxyz of a level body with that heading [rad], NWU."""
     half = 0.5 * np.asarray(heading, dtype=float)

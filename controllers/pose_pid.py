@@ -121,6 +121,8 @@ class PosePid:
         target: RigidState,
         scale: Array | float = 1.0,
         push: Array | float = 0.0,
+        acceleration: Array | float = 0.0,
+        contact: Array | bool = False,
     ) -> tuple[Array, PidState]:
         """Wrench (..., 6) FLU at the body origin, and the next state.
 
@@ -130,6 +132,8 @@ class PosePid:
             target: where it should be.
             scale: (..., 6) factor on the error per axis: 0 lets an axis go.
             push: (..., 3) extra force in world axes NWU, N.
+            acceleration: not used here.
+            contact: not used here.
         """
         wrench = np.zeros_like(body.velocity)
         if self.hydrostatics is not None:
@@ -139,6 +143,10 @@ class PosePid:
         wrench = np.concatenate([force, wrench[..., 3:]], axis=-1)
         error = pose_error(target, body) * scale
         return self.pid.update(state, self._limited(error), wrench, error)
+
+    def applied(self, state: PidState, wrench: Array) -> PidState:
+        """The same state: the anti-windup of the reference does not look at what was achieved."""
+        return state
 
     def _limited(self, error: Array) -> Array:
         """Pose error (..., 6) with the length of its position part limited."""

@@ -13,6 +13,11 @@ from marine_mj.controllers.kinematics import RigidState, heading_quaternion, rot
 from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array
 
+# Opening of the corridor under the aperture (digest 6.8): half-angle 20 deg.
+_CORRIDOR_SLOPE = np.tan(np.deg2rad(20.0))
+# Memory of the mean square of the dock's angular velocity, s: one and a half short waves.
+_MEMORY = 4.0
+
 
 class Phase(IntEnum):
     """Where the vehicle is in the docking manoeuvre."""
@@ -23,6 +28,10 @@ class Phase(IntEnum):
     ENTER = 3  # through the aperture
     CONTACT = 4  # pushed against the seat
     LATCHED = 5
+
+
+# Which parts of the carrier's acceleration the target of each phase up to CONTACT has.
+_FOLLOW = np.array([[0.0] * 6, [0.0] * 6, [1.0] * 3 + [0.0] * 3, [1.0] * 6, [1.0] * 6])
 
 
 @dataclass(frozen=True)
@@ -37,6 +46,15 @@ class DockingPlan:
         overshoot: goal beyond the aperture plane, m.
         acceptance: distance at which a waypoint counts as reached, m.
         wait_speed: enter only below this relative speed, abort above it, m/s (inf: never wait).
+        wait_time: ours: the relative speed must stay below `wait_speed` for this long, s.
+        quiet_rate: ours: enter only while the dock has lately turned more slowly than this (r.m.s.
+            with a memory of 4 s): waves come in groups, rad/s (inf: do not look).
+        patience: ours: after this time of waiting twice `quiet_rate` is good enough, after twice
+            this time three times, and so on, s.
+        retreat: ours: how much deeper the vehicle waits, without following the dock's velocity,
+            until the dock is quiet, m.
+        corridor: ours: (2,) half length and half width at the aperture of the corridor in which a
+            vehicle may rise, opening downwards by 20 deg; outside it goes back to waypoint 3, m.
         aperture: (2,) half length and half width within which a crossing is an entry, m.
         missed_depth: an entered vehicle this far below the aperture again has missed, m.
         push: upward force while in contact, N.
@@ -51,6 +69,11 @@ class DockingPlan:
     overshoot: float = 0.05
     acceptance: float = 0.3
     wait_speed: float = np.inf
+    wait_time: float = 0.0
+    quiet_rate: float = np.inf
+    patience: float = 15.0
+    retreat: float = 0.0
+    corridor: tuple[float, float] = (np.inf, np.inf)
     aperture: tuple[float, float] = (0.5, 0.4)
     missed_depth: float = 0.3
     push: float = 20.0
@@ -59,7 +82,14 @@ class DockingPlan:
 
     def __post_init__(self) -> None:
         """Raise ScenarioError for a distance or speed that is not positive."""
-        for name in ("acceptance", "wait_speed", "missed_depth", "seat_speed"):
+        for name in (
+            "acceptance",
+            "wait_speed",
+            "missed_depth",
+            "seat_speed",
+            "quiet_rate",
+            "patience",
+        ):
             if not getattr(self, name) > 0:
                 raise ScenarioError(f"docking plan: {name} must be > 0, got {getattr(self, name)}")
         if len(self.contact_scale) != 6:
@@ -77,12 +107,18 @@ class GuidanceState:
         height: (...,) height of the vehicle above the aperture plane at the last update, m.
         progress: (...,) how far the target has moved from the aperture to the seat, 0 to 1.
         attempts: (...,) int, entries so far.
+        calm: (...,) for how long the vehicle has been ready to enter, s.
+        waited: (...,) time in WAIT since the last attempt, s.
+        turning: (...,) mean square of the dock's angular velocity, with memory, rad2/s2.
     """
 
     phase: Array
     height: Array
     progress: Array
     attempts: Array
+    calm: Array | float = 0.0
+    waited: Array | float = 0.0
+    turning: Array | float = 0.0
 
 
 @dataclass(frozen=True)
@@ -94,12 +130,14 @@ class GuidanceCommand:
         scale: (..., 6) factor on the pose error per axis.
         push: (..., 3) extra force, NWU, N.
         entered: (...,) bool, the aperture plane was crossed from below at this update.
+        follow: (..., 6) which parts of the carrier's acceleration the target has, 0 or 1.
     """
 
     target: RigidState
     scale: Array
     push: Array
     entered: Array
+    follow: Array
 
 
 @dataclass(frozen=True)
@@ -115,6 +153,9 @@ class DockingGuidance:
             height=np.full(shape, -np.inf),
             progress=np.zeros(shape),
             attempts=np.zeros(shape, dtype=int),
+            calm=np.zeros(shape),
+            waited=np.zeros(shape),
+            turning=np.zeros(shape),
         )
 
     def update(
@@ -141,7 +182,14 @@ class DockingGuidance:
         plan = self.plan
         inside = unrotate(aperture.rotation, vehicle.position - aperture.position)
         height = inside[..., 2]
-        targets = self._targets(state, carrier, aperture, seat)
+        squared = np.sum(aperture.velocity[..., 3:] ** 2, axis=-1)
+        turning = state.turning + period / _MEMORY * (squared - state.turning)
+        waiting = state.phase == Phase.WAIT
+        held = np.where(state.phase == Phase.ENTER, state.waited, 0.0)
+        waited = np.where(waiting, state.waited + period, held)
+        allowed = plan.quiet_rate * (1.0 + np.floor(waited / plan.patience))
+        quiet = turning < allowed**2
+        targets = self._targets(state, quiet, carrier, aperture, seat)
         distance = np.stack(
             [np.linalg.norm(t.position - vehicle.position, axis=-1) for t in targets], axis=-1
         )
@@ -151,8 +199,13 @@ class DockingGuidance:
         reached = np.take_along_axis(distance, np.minimum(phase, 3)[..., None], -1)[..., 0]
         reached = reached < plan.acceptance
         advance = reached & (phase < Phase.WAIT)
-        advance |= reached & (phase == Phase.WAIT) & (speed < plan.wait_speed)
-        abort = (phase == Phase.ENTER) & (speed > plan.wait_speed)
+        # Above the aperture plane the forks guide: no abort there.
+        open_ = np.asarray(plan.corridor) + _CORRIDOR_SLOPE * np.maximum(-height, 0.0)[..., None]
+        outside = (height < 0) & np.any(np.abs(inside[..., :2]) > open_, axis=-1)
+        ready = reached & waiting & quiet & (speed < plan.wait_speed) & ~outside
+        calm = np.where(ready, state.calm + period, 0.0)
+        advance |= ready & (calm > plan.wait_time)
+        abort = (phase == Phase.ENTER) & ((speed > plan.wait_speed) | outside)
         # The entry counts once waypoint 2 has been reached (digest 6.5).
         within = np.all(np.abs(inside[..., :2]) <= np.asarray(plan.aperture), axis=-1)
         armed = (phase == Phase.WAIT) | (phase == Phase.ENTER)
@@ -168,11 +221,18 @@ class DockingGuidance:
         step = plan.seat_speed * period / np.maximum(travel, 1e-9)
         in_contact = next_phase >= Phase.CONTACT
         progress = np.where(in_contact, np.minimum(state.progress + step, 1.0), 0.0)
-        following = GuidanceState(next_phase, height, progress, state.attempts + entered)
-        return self._command(following, entered, targets), following
+        following = GuidanceState(
+            next_phase, height, progress, state.attempts + entered, calm, waited, turning
+        )
+        return self._command(following, quiet, entered, targets), following
 
     def _targets(
-        self, state: GuidanceState, carrier: RigidState, aperture: RigidState, seat: RigidState
+        self,
+        state: GuidanceState,
+        quiet: Array,
+        carrier: RigidState,
+        aperture: RigidState,
+        seat: RigidState,
     ) -> list[RigidState]:
         """Targets of the phases APPROACH, UNDER, WAIT, ENTER and CONTACT, in this order."""
         plan = self.plan
@@ -190,10 +250,14 @@ class DockingGuidance:
             axis=-1,
         )
         under = above - np.array([0.0, 0.0, plan.under_depth])
-        wait = aperture.position - np.array([0.0, 0.0, plan.wait_depth])
+        away = (plan.retreat > 0) & np.logical_not(quiet)
+        down = np.array([0.0, 0.0, 1.0])
+        wait_depth = plan.wait_depth + plan.retreat * away
+        wait = aperture.position - wait_depth[..., None] * down
+        matched = unrotate(_level_rotation(carrier.heading), aperture.linear_velocity)
         wait_twist = np.concatenate(
             [
-                unrotate(_level_rotation(carrier.heading), aperture.linear_velocity),
+                np.where(away[..., None], 0.0, matched),
                 np.zeros_like(wait),
             ],
             axis=-1,
@@ -213,7 +277,7 @@ class DockingGuidance:
         ]
 
     def _command(
-        self, state: GuidanceState, entered: Array, targets: list[RigidState]
+        self, state: GuidanceState, quiet: Array, entered: Array, targets: list[RigidState]
     ) -> GuidanceCommand:
         """Command of the phase each simulation is in."""
         index = np.minimum(state.phase, len(targets) - 1)
@@ -223,12 +287,15 @@ class DockingGuidance:
             return np.take_along_axis(values, index[..., None, None], axis=-2)[..., 0, :]
 
         contact = (state.phase == Phase.CONTACT)[..., None]
+        away = (state.phase == Phase.WAIT) & np.logical_not(quiet) & (self.plan.retreat > 0)
+        follow = _FOLLOW[np.minimum(state.phase, Phase.CONTACT)]
         up = np.array([0.0, 0.0, self.plan.push])
         return GuidanceCommand(
             target=RigidState(pick("position"), pick("quaternion"), pick("velocity")),
             scale=np.where(contact, np.asarray(self.plan.contact_scale), 1.0),
             push=np.where(contact, up, 0.0),
             entered=entered,
+            follow=np.where(away[..., None], 0.0, follow),
         )
 
 

@@ -1,5 +1,6 @@
 """Docking: a vehicle enters a dock under a moving carrier and is latched there."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ from dm_control.utils import containers, rewards
 
 from marine_mj import frames, hydrodynamics
 from marine_mj.controllers import (
+    Cpv,
     DockingGuidance,
     DockingPilot,
     DockingPlan,
@@ -15,6 +17,8 @@ from marine_mj.controllers import (
     Phase,
     PosePid,
     RigidState,
+    VehicleModel,
+    cpv_gain_set,
 )
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
@@ -33,6 +37,10 @@ _MARGINS = (3.0, 0.5, 1.0)
 CAPTURE_ERRORS = tuple(
     f"{axis}_error" for axis in ("surge", "sway", "heave", "roll", "pitch", "yaw")
 )
+#: Importance of the axes when the thrusters cannot give all of them (`Allocator.axis_weight`):
+#: heave first, of which a vehicle that is pushed into a dock has too little; the pads turn the push
+#: into more pitch moment than the same thrusters would give directly.
+_AXIS_WEIGHT = (1.0, 1.0, 3.0, 3.3, 3.3, 3.3)
 #: Latest start on the wave record in episodes with a random start, s.
 _LATEST_START = 600.0
 
@@ -54,7 +62,9 @@ class Docking(MarineTask):
             ("dof",), "m/s, rad/s", "vehicle FLU", "vehicle velocity relative to the seat"
         ),
         "target_ned": Signal(("axis",), "m", "NED", "position the controller steers to"),
-        "wrench_command": Signal(("dof",), "N, N m", "vehicle FLU", "wrench asked for"),
+        "wrench_command": Signal(
+            ("dof",), "N, N m", "vehicle FLU", "wrench the thrusters were asked for"
+        ),
         "phase": Signal((), "1", "", "0 approach 1 under 2 wait 3 enter 4 contact 5 latched"),
         "latched": Signal((), "1", "", "1 when the latch is closed"),
         "contact_force": Signal((), "N", "", "largest sum of normal forces in the control period"),
@@ -80,20 +90,28 @@ class Docking(MarineTask):
         """Make controller, allocation and latch monitor for this model."""
         settings, vehicle = self.settings, self.scenario.vehicles[physics.vehicle]
         self._ids = physics.actuators(physics.vehicle)
-        self._allocator = physics.allocator(physics.vehicle)
-        statics = physics.hydrostatics(physics.vehicle, self.scenario.water_density)
+        self._allocator = replace(
+            physics.allocator(physics.vehicle), axis_weight=np.array(_AXIS_WEIGHT)
+        )
         low, high = frames.flip(vehicle.wrench_low_frd), frames.flip(vehicle.wrench_high_frd)
         limits = Limits(np.minimum(low, high), np.maximum(low, high))
-        controller = PosePid.from_name(
-            settings.gains,
-            limits,
-            self.control_period,
-            statics,
-            np.inf if settings.error_limit is None else settings.error_limit,
-        )
         guidance = DockingGuidance(settings.plan.plan())
+        controller = self._controller(physics, limits)
         self._pilot = DockingPilot(controller, physics.dock_frames, self.control_period, guidance)
         self._latch = settings.latch.latch()
+
+    def _controller(self, physics: DockingPhysics, limits: Limits) -> PosePid | Cpv:
+        """The controller that the settings ask for."""
+        settings, period = self.settings, self.control_period
+        statics = physics.hydrostatics(physics.vehicle, self.scenario.water_density)
+        if settings.controller == "cpv":
+            model = None
+            if settings.gain_set == "extended":
+                lag = physics.thruster_lag(physics.vehicle)
+                model = VehicleModel(physics.inertia(physics.vehicle), lag)
+            return Cpv.from_gains(cpv_gain_set(settings.gain_set), limits, period, statics, model)
+        error_limit = np.inf if settings.error_limit is None else settings.error_limit
+        return PosePid.from_name(settings.gain_set, limits, period, statics, error_limit)
 
     def initialize_episode(self, physics: DockingPhysics) -> None:
         """Place the vehicles, open the latch and forget the last episode."""
@@ -149,6 +167,7 @@ class Docking(MarineTask):
                 self._pilot_state, vehicle, carrier, np.asarray(physics.latched()), offset
             )
             command[self._ids], self._wrench = self._allocator.allocate(wrench)
+            self._pilot_state = self._pilot.applied(self._pilot_state, self._wrench)
             self._target = order.target.position
         else:
             limits = self._allocator.limits
@@ -265,7 +284,7 @@ class Docking(MarineTask):
             "forbidden_contact": self._crashed,
             "attempts": self._entries,
             "controller": self.settings.controller if self.closed_loop else None,
-            "gains": self.settings.gains if self.closed_loop else None,
+            "gains": self.settings.gain_set if self.closed_loop else None,
         }
 
 

@@ -3,9 +3,9 @@
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from marine_mj.controllers import DockingPlan, Latch
+from marine_mj.controllers import CPV_GAINS, GAINS, DockingPlan, Latch
 from marine_mj.settings import Settings
 
 Positive = Annotated[float, Field(gt=0)]
@@ -22,6 +22,11 @@ class PlanSettings(Settings):
     overshoot: NotNegative = 0.05
     acceptance: Positive = 0.3
     wait_speed: Positive | None = None
+    wait_time: NotNegative = 0.0
+    quiet_rate: Positive | None = None
+    patience: Positive = 15.0
+    retreat: NotNegative = 0.0
+    corridor: tuple[Positive, Positive] | None = None
     push: NotNegative = 20.0
     contact_scale: tuple[float, float, float, float, float, float] = (1.0,) * 6
     seat_speed: Positive = 0.15
@@ -30,6 +35,8 @@ class PlanSettings(Settings):
         """The plan of the controllers."""
         values = self.model_dump()
         values["wait_speed"] = np.inf if self.wait_speed is None else self.wait_speed
+        values["quiet_rate"] = np.inf if self.quiet_rate is None else self.quiet_rate
+        values["corridor"] = (np.inf, np.inf) if self.corridor is None else self.corridor
         return DockingPlan(**values)
 
 
@@ -62,9 +69,10 @@ class DockingSettings(Settings):
     Attributes:
         vehicle: instance name of the vehicle that docks.
         carrier: instance name of the vehicle that carries the dock.
-        controller: closed-loop controller.
-        gains: gain set of the controller.
-        error_limit: longest position error that the controller sees, m; left out: no limit.
+        controller: closed-loop controller: `pose_pid`, or `cpv` (cascade of pose and velocity).
+        gains: gain set of the controller, default `brute_force` (pose_pid) or `reference` (cpv).
+            `extended` is ours; with `cpv` it brings acceleration feed-forward and an observer.
+        error_limit: longest position error that `pose_pid` sees, m; left out: no limit.
         plan: waypoints and contact phase.
         latch: when the latch closes.
         goal_offset: largest shift of the goal by the action of the closed-loop task, m;
@@ -78,8 +86,8 @@ class DockingSettings(Settings):
 
     vehicle: str = "auv"
     carrier: str = "usv"
-    controller: Literal["pose_pid"] = "pose_pid"
-    gains: Literal["manual", "brute_force", "extended"] = "brute_force"
+    controller: Literal["pose_pid", "cpv"] = "pose_pid"
+    gains: Literal["manual", "brute_force", "reference", "extended"] | None = None
     error_limit: Positive | None = None
     plan: PlanSettings = PlanSettings()
     latch: LatchSettings = LatchSettings()
@@ -89,3 +97,19 @@ class DockingSettings(Settings):
     start_spread: NotNegative = 0.0
     start_heading_spread_deg: NotNegative = 0.0
     random_start_time: bool = False
+
+    @model_validator(mode="after")
+    def _gains_of_the_controller(self) -> "DockingSettings":
+        sets = {"pose_pid": GAINS, "cpv": CPV_GAINS}[self.controller]
+        if self.gains is not None and self.gains not in sets:
+            raise ValueError(
+                f"gains = {self.gains!r} does not exist for controller {self.controller!r}; "
+                f"available: {', '.join(sets)}"
+            )
+        return self
+
+    @property
+    def gain_set(self) -> str:
+        """Name of the gain set."""
+        default = {"pose_pid": "brute_force", "cpv": "reference"}
+        return self.gains or default[self.controller]

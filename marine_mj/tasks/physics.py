@@ -16,7 +16,8 @@ from marine_mj.controllers import Allocator, Hydrostatics, Limits, RigidState
 from marine_mj.controllers.kinematics import rotate, unrotate
 from marine_mj.errors import ModelError, SimulationError
 from marine_mj.frames import Array
-from marine_mj.hydrodynamics.wrenches import check_state
+from marine_mj.hydrodynamics.stability import rigid_inertia
+from marine_mj.hydrodynamics.wrenches import added_mass_of, check_state
 
 T = TypeVar("T")
 
@@ -271,6 +272,20 @@ class MarinePhysics(dm_mujoco.Physics):
             columns.append(gain * np.concatenate([force, torque + np.cross(arm, force)]))
         span = model.actuator_ctrlrange[ids]
         return Allocator(np.array(columns).T, Limits(span[:, 0], span[:, 1]))
+
+    def inertia(self, instance: str) -> Array:
+        """Rigid-body and added inertia (6, 6) of a vehicle's main body about its origin, FLU."""
+        model, body = self.model.ptr, self.main_body(instance)
+        return rigid_inertia(model, body) + added_mass_of(model, body)
+
+    def thruster_lag(self, instance: str) -> float:
+        """Longest time constant of a vehicle's actuators with first-order dynamics, s; 0: none."""
+        model, ids = self.model.ptr, self.actuators(instance)
+        first_order = (mujoco.mjtDyn.mjDYN_FILTER, mujoco.mjtDyn.mjDYN_FILTEREXACT)
+        lags = [
+            model.actuator_dynprm[i, 0] for i in ids if model.actuator_dyntype[i] in first_order
+        ]
+        return float(max(lags, default=0.0))
 
     def hydrostatics(self, instance: str, water_density: float) -> Hydrostatics:
         """Weight and buoyancy of a vehicle in still water, fully submerged."""

@@ -188,6 +188,10 @@ def test_scout_has_the_published_thrust_and_buoyancy():
     sway = np.abs(matrix[:, 6:8]) @ limits[6:8, 1]
     assert sway[1] == pytest.approx(68)
     assert sway[5] == pytest.approx(20, rel=1e-3)
+    # No moment that was not asked for: pitch and heave are free of roll, sway too.
+    np.testing.assert_allclose(matrix[[3, 5], 4:6], 0, atol=1e-12)
+    np.testing.assert_allclose(matrix[3, 6:8].sum(), 0, atol=1e-12)
+    assert np.abs(matrix[3, 6:8]) @ limits[6:8, 1] == pytest.approx(3.4)
     assert 1025 * 9.81 * numerics("scout")["hull.displaced_volume"][0] == pytest.approx(
         613.37, abs=0.02
     )

@@ -198,12 +198,25 @@ def test_calm_water_docks_gently():
     assert np.linalg.norm(log.data.relative_velocity.values[closed][:3]) < 0.1
 
 
+@pytest.mark.validation
+@pytest.mark.parametrize(("sea_state", "seed"), [(3, 1), (3, 2), (3, 5), (4, 1), (4, 3)])
+def test_demo_settings_dock_in_a_seaway(sea_state, seed):
+    log = run(scenario(seed=seed, duration=90.0, **{"sea.sea_state": sea_state}))
+    summary = log.summary
+    assert summary["docked"] and not summary["forbidden_contact"]
+    assert summary["peak_contact_force"] < 6000
+    # The forks were not needed to find the way: entered on the centre line.
+    assert abs(summary["capture"]["surge_error"]) < 0.2
+    assert abs(summary["capture"]["sway_error"]) < 0.1
+
+
 @pytest.mark.parametrize(
     ("changes", "error", "message"),
     [
         ({"task.domain": "flying"}, ScenarioError, "'flying' does not exist; available: docking"),
         ({"task.name": "undock"}, ScenarioError, "available: dock, dock_open"),
         ({"task.settings.gain": 1}, ScenarioError, r"task\.settings: gain = 1.*Did you mean 'gai"),
+        ({"task.settings.gains": "manual"}, ScenarioError, "'cpv'; available: reference, ext"),
         ({"task.settings.vehicle": "rov"}, ModelError, "needs vehicle 'rov'; the scenario has"),
         ({"vehicles.auv.model": "titanic"}, ModelError, "titanic"),
         ({"vehicles.auv.model": "cradle"}, ModelError, "has no free joint"),

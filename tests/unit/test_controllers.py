@@ -16,6 +16,7 @@ from marine_mj.controllers import (
     relative_velocity,
 )
 from marine_mj.controllers.pose_pid import SCOUT_WRENCH_HIGH_FRD, SCOUT_WRENCH_LOW_FRD
+from scipy.optimize import lsq_linear
 
 from marine_mj import frames
 from marine_mj.errors import ScenarioError
@@ -161,8 +162,8 @@ def scout_thrusters():
         low.append(-38.0)
         high.append(48.0)
     for x in (0.294, -0.294):
-        columns.append([0, 1, 0, 0, 0, x])
-        columns.append([0, 0, 1, 0.08 * np.sign(x), -x, 0])
+        columns.append([0, 1, 0, -0.05 * np.sign(x), 0, x])
+        columns.append([0, 0, 1, 0, -x, 0])
         low += [-34.0, -34.0]
         high += [34.0, 34.0]
     return np.array(columns, dtype=float).T, Limits(np.array(low), np.array(high))
@@ -191,6 +192,28 @@ def test_allocation_keeps_asymmetric_limits_and_redistributes():
     assert achieved[0] == pytest.approx(80.0, rel=0.02)
     single, _ = allocator.allocate(wrench[0])
     np.testing.assert_array_equal(single, allocator.allocate(wrench)[0][0])
+
+
+def test_allocation_is_the_bounded_least_squares_solution():
+    matrix, limits = scout_thrusters()
+    weight = np.array([1.0, 1.0, 3.0, 3.3, 3.3, 3.3])
+    allocator = Allocator(matrix, limits, weight)
+    rng = np.random.default_rng(4)
+    wanted = rng.normal(size=(100, 6)) * [150, 70, 70, 4, 20, 20]
+    _, achieved = allocator.allocate(wanted)
+    for wrench, found in zip(wanted, achieved, strict=True):
+        best = lsq_linear(
+            weight[:, None] * matrix, weight * wrench, (limits.low, limits.high), method="bvls"
+        )
+        assert np.sum((weight * (found - wrench)) ** 2) <= 2 * best.cost + 1e-5
+
+
+def test_allocation_does_not_give_up_surge_for_a_moment_out_of_reach():
+    allocator = Allocator(*scout_thrusters())
+    _, achieved = allocator.allocate(np.array([-60.0, 0, 68.0, 0, 20.0, 0]))
+    # The clipped pseudo-inverse gave +20 N.
+    assert achieved[0] < -50
+    assert abs(achieved[3]) < 0.1
 
 
 def test_allocation_refuses_wrong_shapes():

@@ -87,6 +87,57 @@ def test_waiting_for_low_relative_speed_and_abort():
     assert state.phase == Phase.WAIT
 
 
+def test_corridor_sends_a_vehicle_back_down():
+    guidance = DockingGuidance(DockingPlan(corridor=(0.35, 0.25)))
+    initial = guidance.initial()
+    rising = type(initial)(np.array(3), np.array(-0.5), np.array(0.0), np.array(0))
+    # 0.5 m below the aperture the corridor is 0.18 m wider on each side.
+    _, state = update(guidance, rising, at(10.5, 0.4, -1.5))
+    assert state.phase == Phase.ENTER
+    for place in ((10.6, 0, -1.5), (10, 0.5, -1.5), (10.4, 0, -1.05)):
+        command, state = update(guidance, rising, at(*place))
+        assert state.phase == Phase.WAIT
+        np.testing.assert_allclose(command.target.position, [10, 0, -2])
+    # Above the aperture the forks guide.
+    above = type(initial)(np.array(4), np.array(0.1), np.array(0.0), np.array(1))
+    _, state = update(guidance, above, at(10.4, 0, -0.9))
+    assert state.phase == Phase.CONTACT
+
+
+def test_entry_waits_for_a_quiet_dock_but_not_for_ever():
+    plan = DockingPlan(quiet_rate=0.3, patience=10.0, wait_time=0.5)
+    guidance = DockingGuidance(plan)
+    below = at(10, 0, -2)
+
+    def waiting(rate, seconds):
+        pitching = at(10, 0, 0, velocity=[0, 0, 0, 0, rate, 0])
+        aperture, seat = pitching.attached([0, 0, -1.0]), pitching.attached([0, 0, -0.5])
+        state = type(guidance.initial())(
+            np.array(2), np.array(-1.0), np.array(0.0), np.array(0), turning=np.array(rate**2)
+        )
+        for _ in range(int(seconds / PERIOD)):
+            arguments = (below, pitching, aperture, seat, np.asarray(False), PERIOD)
+            _, state = guidance.update(state, *arguments)
+        return state.phase
+
+    assert waiting(0.25, 0.45) == Phase.WAIT
+    assert waiting(0.25, 0.6) == Phase.ENTER
+    assert waiting(0.5, 9.0) == Phase.WAIT
+    assert waiting(0.5, 11.0) == Phase.ENTER
+
+
+def test_vehicle_waits_deeper_while_the_dock_is_not_quiet():
+    guidance = DockingGuidance(DockingPlan(quiet_rate=0.3, retreat=0.7))
+    for turning, depth, follows in ((0.5**2, 2.7, 0.0), (0.1**2, 2.0, 1.0)):
+        state = type(guidance.initial())(
+            np.array(2), np.array(-1.0), np.array(0.0), np.array(0), turning=np.array(turning)
+        )
+        command, state = update(guidance, state, at(10, 0, -2.4))
+        assert state.phase == Phase.WAIT
+        np.testing.assert_allclose(command.target.position, [10, 0, -depth])
+        np.testing.assert_allclose(command.follow, [follows] * 3 + [0] * 3)
+
+
 def test_guidance_is_vectorised():
     guidance = DockingGuidance()
     rng = np.random.default_rng(0)
