@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from picture_scenes import scene, sea
 
+from marine_mj.environment import WaveField
 from marine_mj.errors import RenderError
 from marine_mj.textures import Palette, sand, sky_cube
 from marine_mj.water import (
@@ -41,11 +42,8 @@ def test_vertices_lie_on_the_wave_field(model, center):
 
 
 def test_vertices_lie_on_the_wave_field_of_the_physics(model):
-    environment = pytest.importorskip("marine_mj.environment")
-    if not hasattr(environment, "WaveField"):
-        pytest.skip("marine_mj.environment has no WaveField")
     c = components(sea())
-    field = environment.WaveField(
+    field = WaveField(
         c.omega, c.wavenumber, c.direction, c.amplitude, c.phase, np.inf, 9.81, "constant"
     )
     surface = WaterSurface(model, field)

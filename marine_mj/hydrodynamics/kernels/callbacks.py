@@ -6,7 +6,8 @@ from pathlib import Path
 from numba import cfunc, types
 
 from marine_mj.hydrodynamics import table as t_
-from marine_mj.hydrodynamics.kernels.body import apply_loads, body_loads
+from marine_mj.hydrodynamics.kernels.body import body_loads
+from marine_mj.hydrodynamics.kernels.equations import apply_loads
 from marine_mj.hydrodynamics.kernels.memory import (
     advance,
     field,
