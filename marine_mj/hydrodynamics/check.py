@@ -9,9 +9,10 @@ import numpy as np
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array, euler_from_quaternion, flip_quaternion
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
+from marine_mj.hydrodynamics.inertia import subtree_inertia
 from marine_mj.hydrodynamics.loader import load
 from marine_mj.hydrodynamics.pack import BodySettings
-from marine_mj.hydrodynamics.stability import largest_timestep, rigid_inertia
+from marine_mj.hydrodynamics.stability import largest_timestep
 from marine_mj.library import find_model
 
 WATER_DENSITY, GRAVITY = 1025.0, 9.81
@@ -27,32 +28,6 @@ class Check:
     unit: str
     allowed: str
     ok: bool | None
-
-
-def _subtree(model: mujoco.MjModel, body: int) -> tuple[float, Array, Array]:
-    """Mass, CG and rigid inertia (6, 6) about the body origin of a body with all it carries."""
-    inside = [b for b in range(model.nbody) if _carried(model, b, body)]
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    R0, x0 = data.xmat[body].reshape(3, 3), data.xpos[body]
-    mass, moment, total = 0.0, np.zeros(3), np.zeros((6, 6))
-    for part in inside:
-        R = R0.T @ data.xmat[part].reshape(3, 3)
-        r = R0.T @ (data.xpos[part] - x0)
-        shift = np.eye(6)
-        shift[:3, 3:] = -np.array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]])
-        T = np.block([[R.T, np.zeros((3, 3))], [np.zeros((3, 3)), R.T]]) @ shift
-        total += T.T @ rigid_inertia(model, part) @ T
-        mass += float(model.body_mass[part])
-        moment += model.body_mass[part] * (r + R @ model.body_ipos[part])
-    return mass, moment / max(mass, 1e-300), total
-
-
-def _carried(model: mujoco.MjModel, body: int, ancestor: int) -> bool:
-    """Whether `body` hangs below `ancestor`."""
-    while body > ancestor:
-        body = int(model.body_parentid[body])
-    return body == ancestor
 
 
 def _submerged(body: BodyCoefficients, mass: float, center: Array, M: Array) -> Iterator[Check]:
@@ -137,7 +112,7 @@ def check_model(name: str) -> list[Check]:
     rows: list[Check] = []
     for body in bodies:
         index = model.body(body.name).id
-        mass, center, rigid = _subtree(model, index)
+        mass, center, rigid = subtree_inertia(model, index)
         M = rigid + body.added_mass
         rows.append(Check(f"{body.name}: mass", mass, "kg", "> 0", mass > 0))
         eigenvalues = np.linalg.eigvalsh(body.added_mass)

@@ -11,7 +11,8 @@ from marine_mj.environment import Environment, WaveField
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array, rotation_from_quaternion
 from marine_mj.hydrodynamics import table as t_
-from marine_mj.hydrodynamics.coefficients import BodyCoefficients
+from marine_mj.hydrodynamics.coefficients import ZERO, BodyCoefficients
+from marine_mj.hydrodynamics.inertia import subtree_inertia
 from marine_mj.hydrodynamics.raos import radiation, responses
 
 Motion = Literal["free", "dynamic", "rao"]
@@ -159,16 +160,6 @@ def _chain(model: mujoco.MjModel, body: int, name: str) -> tuple[int, int]:
     return last, count
 
 
-def _weight(model: mujoco.MjModel, body: int, gravity: float) -> tuple[float, Array]:
-    """Weight [N] of the body's subtree and its centre of gravity (3), body frame, at qpos0."""
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    R = data.xmat[body].reshape(3, 3)
-    center = R.T @ (data.subtree_com[body] - data.xpos[body])
-    return float(model.body_subtreemass[body] * gravity), center
-
-
 def _free_root(model: mujoco.MjModel, body: int) -> bool:
     """Whether the body hangs on the world by a free joint of its own."""
     joint = model.body_jntadr[body]
@@ -177,6 +168,25 @@ def _free_root(model: mujoco.MjModel, body: int) -> bool:
         and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
         and model.body_parentid[body] == 0
     )
+
+
+def _start_pose(
+    model: mujoco.MjModel, body: BodyCoefficients, index: int, motion: Motion
+) -> tuple[float, float, float]:
+    """x, y [m] and yaw [rad], NWU, of a floating body at qpos0.
+
+    Raises:
+        ModelError: it has no free joint of its own.
+    """
+    if not _free_root(model, index):
+        raise ModelError(
+            f"motion {motion!r} of {body.name!r} needs a free joint of its own on a body of the "
+            "world"
+        )
+    address = model.jnt_qposadr[model.body_jntadr[index]]
+    pose = model.qpos0[address : address + 7]
+    R = rotation_from_quaternion(pose[3:])
+    return float(pose[0]), float(pose[1]), float(np.arctan2(R[1, 0], R[0, 0]))
 
 
 def _path(
@@ -191,20 +201,12 @@ def _path(
 
     The amplitudes (6, 2, N) are complex pose deviations in the reference heading's level axes.
     """
-    if not _free_root(model, index):
-        raise ModelError(
-            f"motion {motion!r} of {body.name!r} needs a free joint of its own on a body of the "
-            "world"
-        )
-    address = model.jnt_qposadr[model.body_jntadr[index]]
-    pose = model.qpos0[address : address + 7]
-    R = rotation_from_quaternion(pose[3:])
-    yaw = float(np.arctan2(R[1, 0], R[0, 0]))
+    x, y, yaw = _start_pose(model, body, index, motion)
     amplitude = responses(str(body.wave_database), "motion", waves, yaw)
-    along = np.cos(waves.direction) * pose[0] + np.sin(waves.direction) * pose[1]
+    along = np.cos(waves.direction) * x + np.sin(waves.direction) * y
     amplitude = amplitude * np.exp(1j * (waves.wavenumber * along + waves.phase))
     offset = table.add(np.stack([amplitude.real, amplitude.imag], axis=1))
-    return [pose[0], pose[1], body.equilibrium_height, yaw, offset]
+    return [x, y, body.equilibrium_height, yaw, offset]
 
 
 def _exciting_forces(table: _Table, body: BodyCoefficients, waves: WaveField) -> list[float]:
@@ -228,7 +230,8 @@ def _elements(
     """(kind, parameters) of every element of a body."""
     found: list[tuple[float, Array]] = []
     if body.restoring is not None:
-        weight, center = _weight(model, index, environment.gravity)
+        mass, center, _ = subtree_inertia(model, index)
+        weight = mass * environment.gravity
         data = np.concatenate([body.restoring.ravel(), [body.equilibrium_height, weight], center])
         found.append((t_.RESTORING, data))
     waves = environment.waves
@@ -299,7 +302,14 @@ def _record(
     p[t_.B_HALF_HEIGHT] = 0.0 if settings.constant_buoyancy else half_height
     added_mass, linear = body.added_mass, body.linear_damping
     if motion == "dynamic" and len(environment.waves.omega):
-        added_mass, linear = radiation(str(body.wave_database), environment.waves)
+        added_mass, linear = radiation(
+            str(body.wave_database),
+            environment.waves,
+            subtree_inertia(model, index)[2],
+            ZERO if body.restoring is None else body.restoring,
+            body.viscous_damping,
+            _start_pose(model, body, index, motion)[2],
+        )
         linear = linear + body.viscous_damping
     p[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36] = added_mass.ravel()
     p[t_.B_LINEAR : t_.B_LINEAR + 36] = linear.ravel()

@@ -72,20 +72,75 @@ def _read_radiation(path: Path) -> tuple[Array, Array, Array]:
     return omega[order], added[order], damping[order]
 
 
-def radiation(name: str, waves: WaveField) -> tuple[Array, Array]:
-    """Added mass and radiation damping (6, 6), FLU, at the energy-weighted mean frequency of a sea.
+def _at(omega: Array, table: Array, wanted: Array) -> Array:
+    """Rows of `table` (n, ...) at the wanted frequencies, linear between and held outside."""
+    wanted = np.clip(wanted, omega[0], omega[-1])
+    right = np.clip(np.searchsorted(omega, wanted), 1, len(omega) - 1)
+    share = (wanted - omega[right - 1]) / (omega[right] - omega[right - 1])
+    share = share.reshape(-1, *(1,) * (table.ndim - 1))
+    return (1 - share) * table[right - 1] + share * table[right]
 
-    The constant-coefficient approximation of the frequency-dependent radiation forces: exact for a
-    regular wave, good for a narrow spectrum.
+
+def _motion(w: Array, M: Array, D: Array, G: Array, force: NDArray) -> NDArray[np.complex128]:
+    """`[-w^2 M - i w D + G]^-1 F`, (N, 6), of frequencies w (N,) and forces (N, 6)."""
+    w = w[:, None, None]
+    return np.linalg.solve(-(w**2) * M - 1j * w * D + G, force[..., None])[..., 0]
+
+
+def radiation(
+    name: str, waves: WaveField, rigid: Array, restoring: Array, viscous: Array, yaw: float
+) -> tuple[Array, Array]:
+    """Constant added mass and radiation damping (6, 6), FLU, that serve one sea best.
+
+    Radiation forces depend on frequency: the inertia that matters is that of the waves with most
+    energy, the damping that of the resonances. Chosen are the two frequencies for each degree of
+    freedom whose diagonal A and B give the response closest to that of the full
+    frequency-dependent equations in this sea (least squares over the components), or the full
+    matrices at the energy-weighted mean frequency where these are closer: in a regular wave they
+    are exact.
+
+    Args:
+        name: wave database, see `database_path`.
+        waves: wave field with at least one component.
+        rigid: rigid-body inertia (6, 6) about the body origin.
+        restoring: G (6, 6).
+        viscous: linear damping (6, 6) beside radiation.
+        yaw: heading of the body at the start, rad, NWU.
+
+    Raises:
+        ModelError: the database does not exist or lacks the radiation data.
     """
     omega, added, damping = _read_radiation(database_path(name))
+    w = waves.omega
+    force = responses(name, "force", waves, yaw).T
+    M, D = rigid + _at(omega, added, w), viscous + _at(omega, damping, w)
+    exact = _motion(w, M, D, restoring, force)
+    size = np.sqrt((np.abs(exact) ** 2).sum(axis=0))
+    driven = size > 1e-9 * size.max()
+
+    def error(A: Array, B: Array) -> float:
+        wrong = _motion(w, rigid + A, viscous + B, restoring, force) - exact
+        return float(((np.abs(wrong) ** 2).sum(axis=0)[driven] / size[driven] ** 2).sum())
+
     energy = waves.amplitude**2
-    center = float(waves.omega @ energy / max(energy.sum(), 1e-300))
-    center = float(np.clip(center, omega[0], omega[-1]))
-    right = int(np.clip(np.searchsorted(omega, center), 1, len(omega) - 1))
-    share = (center - omega[right - 1]) / (omega[right] - omega[right - 1])
-    pair = [(1 - share) * table[right - 1] + share * table[right] for table in (added, damping)]
-    return 0.5 * (pair[0] + pair[0].T), 0.5 * (pair[1] + pair[1].T)
+    center = np.array([w @ energy / max(energy.sum(), 1e-300)])
+    at_center = _at(omega, added, center)[0], _at(omega, damping, center)[0]
+    grid = np.linspace(omega[0], omega[-1], 48)
+    choices = _at(omega, added, grid), _at(omega, damping, grid)
+    A, B = np.zeros((6, 6)), np.zeros((6, 6))
+    for dof in range(6):
+        m, d, g = rigid[dof, dof], viscous[dof, dof], restoring[dof, dof]
+        # without excitation (sway in head seas): as if every component pushed alike
+        push = force[:, dof] if driven[dof] else waves.amplitude
+        target = push / (g - w**2 * M[:, dof, dof] - 1j * w * D[:, dof, dof])
+        a, b = choices[0][:, dof, dof, None, None], choices[1][:, dof, dof, None]
+        response = push / (g - w**2 * (m + a) - 1j * w * (d + b))
+        wrong = (np.abs(response - target) ** 2).sum(axis=-1)
+        i, j = np.unravel_index(wrong.argmin(), wrong.shape)
+        A[dof, dof], B[dof, dof] = choices[0][i, dof, dof], choices[1][j, dof, dof]
+    if error(A, B) < error(*at_center):
+        return A, B
+    return tuple(0.5 * (matrix + matrix.T) for matrix in at_center)  # type: ignore[return-value]
 
 
 def responses(name: str, response: str, waves: WaveField, yaw: float) -> NDArray[np.complex128]:

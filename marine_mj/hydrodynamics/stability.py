@@ -6,25 +6,15 @@ import mujoco
 import numpy as np
 
 from marine_mj.errors import ModelError
-from marine_mj.frames import Array, skew
+from marine_mj.frames import Array
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients
+from marine_mj.hydrodynamics.inertia import rigid_inertia
 from marine_mj.hydrodynamics.pack import BodySettings
 
 #: Largest h lambda of `x' = -lambda x` (semi-implicit Euler and kin; RK4; both measured).
 DAMPING_LIMIT, DAMPING_LIMIT_RK4 = 2.0, 2.78
 #: Largest h omega of `x'' = -omega^2 x`.
 SPRING_LIMIT, SPRING_LIMIT_RK4 = 2.0, 2.82
-
-
-def rigid_inertia(model: mujoco.MjModel, body: int) -> Array:
-    """Rigid-body inertia (6, 6) of one body about its frame origin, body axes FLU."""
-    mass, center = model.body_mass[body], model.body_ipos[body]
-    turn = np.zeros(9)
-    mujoco.mju_quat2Mat(turn, model.body_iquat[body])
-    R = turn.reshape(3, 3)
-    S = skew(center)
-    inertia = R @ np.diag(model.body_inertia[body]) @ R.T - mass * S @ S
-    return np.block([[mass * np.eye(3), -mass * S], [mass * S, inertia]])
 
 
 def damping_at(body: BodyCoefficients, settings: BodySettings) -> Array:

@@ -16,7 +16,7 @@ from marine_mj.controllers import Allocator, Hydrostatics, Limits, RigidState
 from marine_mj.controllers.kinematics import rotate, unrotate
 from marine_mj.errors import ModelError, SimulationError
 from marine_mj.frames import Array
-from marine_mj.hydrodynamics.stability import rigid_inertia
+from marine_mj.hydrodynamics.inertia import rigid_inertia
 from marine_mj.hydrodynamics.wrenches import added_mass_of, check_state
 
 T = TypeVar("T")
