@@ -9,6 +9,7 @@ import contextlib
 import functools
 import os
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -114,11 +115,14 @@ def render_video(
         raise RenderError(f"size is {size}, allowed are even numbers from 16 (H.264 needs it)")
     if fps <= 0 or speed <= 0:
         raise RenderError(f"fps is {fps} and speed {speed}, both must be positive")
-    require_gl()
-    log = open_log(log)
-    scene = _scene(log, size)
-    recorded = states_from_log(log.data)
-    times = frame_times(recorded.time, fps, speed, start, stop)
+    # the test picture takes a second in another process: meanwhile the scene compiles here
+    with ThreadPoolExecutor(1) as pool:
+        probe = pool.submit(require_gl)
+        log = open_log(log)
+        recorded = states_from_log(log.data)
+        times = frame_times(recorded.time, fps, speed, start, stop)
+        scene = _scene(log, size)
+        probe.result()
     cameras = (camera,) if isinstance(camera, str) else tuple(camera)
     states = interpolate(scene.model, recorded, times)
     job = make_job(scene.model, states, scene.environment.waves, cameras, size, follow)

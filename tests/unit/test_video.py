@@ -173,7 +173,7 @@ def test_a_probe_that_dies_kills_only_itself(monkeypatch):
         status = gl_status()
         assert not status and "ended with code -6" in status.reason
         with pytest.raises(RenderError, match="libgl1-mesa-dri"):
-            render_video(None, "x.mp4")
+            video.still(None, 0.0)
     finally:
         rendering._probe.cache_clear()
 
