@@ -307,7 +307,7 @@ def build(
             )
     scene = compile_scene(scenario)
     physics = DockingPhysics.from_mjmodel(scene.model)
-    task = Docking(scene, settings, scenario.task.name == "dock", random)
+    task = Docking(scene, settings, scenario.task.name != "dock_open", random)
     options = {"time_limit": scenario.duration, **(environment_kwargs or {})}
     return control.Environment(
         physics,
@@ -342,6 +342,22 @@ def dock(
     """Closed-loop docking: guidance and controller attached, the action shifts the goal."""
     settings = {"goal_offset": 0.2, **settings}
     changed = _suite_scenario("dock", scenario, sea_state, settings)
+    return build(changed, random, environment_kwargs)
+
+
+@SUITE.add("benchmarking", "closed_loop")
+def dock_pose_pid(
+    sea_state: int = 4,
+    scenario: str = "docking_demo",
+    random: np.random.RandomState | int | None = None,
+    environment_kwargs: dict[str, Any] | None = None,
+    **settings: Any,
+) -> control.Environment:
+    """Closed-loop docking with the reference's pose PID, on its ideal wrench at the CG."""
+    reference = {"controller": "pose_pid", "gains": "brute_force", "goal_offset": 0.2}
+    changed = _suite_scenario("dock", scenario, sea_state, reference | settings)
+    vehicle = DockingSettings.parse(changed.task.settings, "task.settings").vehicle
+    changed = changed.with_values({f"vehicles.{vehicle}.actuation": "wrench"})
     return build(changed, random, environment_kwargs)
 
 

@@ -214,7 +214,7 @@ def test_demo_settings_dock_in_a_seaway(sea_state, seed):
     ("changes", "error", "message"),
     [
         ({"task.domain": "flying"}, ScenarioError, "'flying' does not exist; available: docking"),
-        ({"task.name": "undock"}, ScenarioError, "available: dock, dock_open"),
+        ({"task.name": "undock"}, ScenarioError, "available: dock, dock_pose_pid, dock_open"),
         ({"task.settings.gain": 1}, ScenarioError, r"task\.settings: gain = 1.*Did you mean 'gai"),
         ({"task.settings.gains": "manual"}, ScenarioError, "'cpv'; available: reference, ext"),
         ({"task.settings.vehicle": "rov"}, ModelError, "needs vehicle 'rov'; the scenario has"),
@@ -255,3 +255,14 @@ def test_what_is_only_seen_does_not_move_anything():
         mujoco.mj_step(model, data, 400)
         ends.append(data.qpos.copy())
     assert (ends[0] == ends[1]).all()
+
+
+def test_reference_pose_pid_docks():
+    """Brute-force gains on the ideal wrench, as published: latched in sea state 2."""
+    env = suite.load("docking", "dock_pose_pid")
+    assert env.task.settings.controller == "pose_pid" and env.physics.model.nu == 6
+    changes = {"sea.sea_state": 2, "seed": 1, "vehicles.auv.actuation": "wrench"}
+    chosen = {"task.settings.controller": "pose_pid", "task.settings.gains": "brute_force"}
+    summary = run(scenario(**changes, **chosen)).summary
+    # measured: latched at 15.4 s, 5.1 kN
+    assert summary["docked"] and not summary["forbidden_contact"]

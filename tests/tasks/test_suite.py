@@ -44,7 +44,7 @@ def test_registry_is_consistent():
 def test_unknown_names_list_what_exists():
     with pytest.raises(ValueError, match="domain 'flying' does not exist; available: docking"):
         suite.load("flying", "dock")
-    with pytest.raises(ValueError, match="available: dock, dock_open"):
+    with pytest.raises(ValueError, match="available: dock, dock_pose_pid, dock_open"):
         suite.load("docking", "undock")
     with pytest.raises(ValueError, match="no reward colours"):
         suite.load("docking", "dock", visualize_reward=True)

@@ -104,4 +104,4 @@ def test_a_gl_platform_that_does_not_load_stops_no_simulation():
     result = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, env=environment
     )
-    assert result.stdout.split() == ["2", "6"], result.stderr
+    assert result.stdout.split() == ["3", "6"], result.stderr
