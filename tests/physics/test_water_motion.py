@@ -288,7 +288,7 @@ def test_frd_coefficients_equal_flu_ones():
 
 def test_buoyancy_at_the_surface():
     """A floating sphere of half the density of water settles half submerged."""
-    radius, volume = 0.5, 4 / 3 * np.pi * 0.125
+    volume = 4 / 3 * np.pi * 0.5**3
     model = marine_mj.load_xml(
         one_body(
             added_mass=[200, 200, 200, 1, 1, 1],
@@ -303,6 +303,5 @@ def test_buoyancy_at_the_surface():
     )
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, 8000)
-    assert radius == model.body("a").ipos[2] + 0.6
     assert data.qpos[2] == pytest.approx(0, abs=1e-6)  # measured 1e-12
     assert np.abs(data.qvel).max() < 1e-6
