@@ -12,6 +12,7 @@ from marine_mj import frames, hydrodynamics
 from marine_mj.environment import Environment
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
+from marine_mj.hydrodynamics import table
 from marine_mj.library import find_model
 from marine_mj.scenario import Scenario, Vehicle
 from marine_mj.weather import environment_of
@@ -105,6 +106,13 @@ def build_scene(scenario: Scenario) -> mujoco.MjSpec:
         for instance in scenario.vehicles:
             if instance not in carriers:
                 _add_latch(spec, carrier, dock, instance)
+    spec.add_sensor(
+        name=table.CONTACT_SENSOR,
+        type=mujoco.mjtSensor.mjSENS_USER,
+        datatype=mujoco.mjtDataType.mjDATATYPE_REAL,
+        needstage=mujoco.mjtStage.mjSTAGE_ACC,
+        dim=2,
+    )
     return spec
 
 

@@ -38,6 +38,8 @@ MODEL_FIELDS = (
     "opt.integrator",
     "opt.gravity",
     "nbody",
+    "geom_bodyid",
+    "body_rootid",
 )
 DATA_FIELDS = (
     "time",
@@ -54,7 +56,12 @@ DATA_FIELDS = (
     "cvel",
     "M",
     "qfrc_passive",
+    "ncon",
+    "contact",
+    "sensordata",
 )
+#: Members of a contact, behind those of the data; the last number is the size of the struct.
+CONTACT_FIELDS = ("geom", "size")
 #: Name of the linker symbol that holds the offsets (an array of int64).
 SYMBOL = "marine_mj_struct_layout"
 
@@ -123,13 +130,16 @@ def _check(model_offsets: dict[str, int], data_offsets: dict[str, int]) -> None:
     model = mujoco.MjModel.from_xml_string(
         """<mujoco><option timestep="0.0123"/><custom><numeric name="n" data="1 2"/></custom>
         <worldbody><body><freejoint name="j"/><geom size=".1"/></body></worldbody>
-        <actuator><general joint="j" dyntype="integrator"/></actuator></mujoco>"""
+        <actuator><general joint="j" dyntype="integrator"/></actuator>
+        <sensor><clock/></sensor></mujoco>"""
     )
     data = mujoco.MjData(model)
     data.time = 12.345
     wrong = []
     for owner, offsets in ((model, model_offsets), (data, data_offsets)):
         for name, offset in offsets.items():
+            if name == "contact":
+                continue  # the bindings show no address; `_check_contacts` looks at its content
             value = owner
             for part in name.split("."):
                 value = getattr(value, part)
@@ -141,7 +151,8 @@ def _check(model_offsets: dict[str, int], data_offsets: dict[str, int]) -> None:
             elif isinstance(value, float):
                 ok = ctypes.c_double.from_address(address).value == value
             else:
-                kind = ctypes.c_int if name.startswith("opt.") else ctypes.c_int64
+                small = name.startswith("opt.") or name == "ncon"
+                kind = ctypes.c_int if small else ctypes.c_int64
                 ok = kind.from_address(address).value == int(value)
             if not ok:
                 wrong.append(f"{type(owner).__name__}.{name}")
@@ -149,6 +160,28 @@ def _check(model_offsets: dict[str, int], data_offsets: dict[str, int]) -> None:
         raise MarineMjError(
             f"the struct layout of MuJoCo {mujoco.__version__} differs from what its introspection "
             f"says for {', '.join(wrong)}; marine_mj supports mujoco >=3.17,<4: install one"
+        )
+
+
+def _check_contacts(data_offsets: dict[str, int], contact: dict[str, int]) -> None:
+    """Raise if two touching geoms are not found where the layout of a contact says."""
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><worldbody><geom type="plane" size="1 1 1"/><body pos="0 0 .05"><freejoint/>
+        <geom size=".1"/></body><body pos=".5 0 .05"><freejoint/><geom size=".1"/></body>
+        </worldbody></mujoco>"""
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    count = ctypes.c_int.from_address(data._address + data_offsets["ncon"]).value
+    first = ctypes.c_size_t.from_address(data._address + data_offsets["contact"]).value
+    found = [
+        list((ctypes.c_int * 2).from_address(first + i * contact["size"] + contact["geom"]))
+        for i in range(min(count, 2))
+    ]
+    if found != data.contact.geom.tolist():
+        raise MarineMjError(
+            f"the contacts of MuJoCo {mujoco.__version__} are not where its introspection says; "
+            "marine_mj supports mujoco >=3.17,<4: install one"
         )
 
 
@@ -168,12 +201,17 @@ def register() -> None:
             f"no libmujoco found in the mujoco {mujoco.__version__} package; reinstall mujoco"
         )
     llvm.load_library_permanently(libraries[0])
-    model_struct, data_struct = (
-        _struct(name, structs.STRUCTS[name].fields) for name in ("mjModel", "mjData")
+    model_struct, data_struct, contact_struct = (
+        _struct(name, structs.STRUCTS[name].fields) for name in ("mjModel", "mjData", "mjContact")
     )
     model = {name: _offset(model_struct, name) for name in MODEL_FIELDS}
     data = {name: _offset(data_struct, name) for name in DATA_FIELDS}
+    contact = {
+        "geom": _offset(contact_struct, "geom"),
+        "size": ctypes.sizeof(contact_struct),
+    }
     _check(model, data)
-    offsets = [*model.values(), *data.values()]
+    _check_contacts(data, contact)
+    offsets = [*model.values(), *data.values(), *contact.values()]
     _layout = (ctypes.c_int64 * len(offsets))(*offsets)
     llvm.add_symbol(SYMBOL, ctypes.cast(_layout, ctypes.c_void_p).value)

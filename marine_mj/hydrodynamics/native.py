@@ -14,7 +14,7 @@ from marine_mj.hydrodynamics import table as t_
 
 def _refuse_python_callbacks() -> None:
     """Raise if a Python function is installed: with one, MuJoCo compiles no model any more."""
-    for name in ("mjcb_passive", "mjcb_act_dyn"):
+    for name in ("mjcb_passive", "mjcb_act_dyn", "mjcb_sensor"):
         present = getattr(mujoco, f"get_{name}")()
         if present is not None and _address(present) is None:
             _refuse(name, present)
@@ -50,7 +50,7 @@ _REPORT = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void
 
 
 def install() -> None:
-    """Install `mjcb_passive` and `mjcb_act_dyn`; called on import and by every marine load.
+    """Install our callbacks; called on import and by every marine load.
 
     Raises:
         MarineMjError: another library has installed a callback of its own.
@@ -58,6 +58,7 @@ def install() -> None:
     for name, get, set_, ours in (
         ("mjcb_passive", mujoco.get_mjcb_passive, mujoco.set_mjcb_passive, callbacks.passive),
         ("mjcb_act_dyn", mujoco.get_mjcb_act_dyn, mujoco.set_mjcb_act_dyn, callbacks.act_dyn),
+        ("mjcb_sensor", mujoco.get_mjcb_sensor, mujoco.set_mjcb_sensor, callbacks.sensor),
     ):
         present = get()
         if present is not None and _address(present) != ours.address:

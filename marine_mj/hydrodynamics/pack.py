@@ -131,6 +131,18 @@ def _environment(table: _Table, environment: Environment) -> Array:
     return fixed
 
 
+def _contacts(model: mujoco.MjModel, table: _Table, fixed: Array) -> None:
+    """Address of the contact sensor and the geoms that must not be touched."""
+    sensor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, t_.CONTACT_SENSOR)
+    if sensor < 0:
+        return
+    names = [model.geom(i).name.split("/")[-1] for i in range(model.ngeom)]
+    forbidden = [float(i) for i, name in enumerate(names) if name.startswith(t_.FORBIDDEN)]
+    fixed[t_.H_SENSOR] = model.sensor_adr[sensor] + 1
+    fixed[t_.H_FORBIDDEN] = len(forbidden)
+    fixed[t_.H_FORBIDDEN_DATA] = table.add(forbidden)
+
+
 def _chain(model: mujoco.MjModel, body: int, name: str) -> tuple[int, int]:
     """Last degree of freedom that moves the body, and how many do; checks the rows of M."""
     moving = int(model.body_weldid[body])
@@ -349,6 +361,7 @@ def pack_table(
     table = _Table()
     table.add(np.zeros(t_.FIXED_SIZE))
     fixed = _environment(table, environment)
+    _contacts(model, table, fixed)
     records = [
         _record(model, table, body, environment, settings.get(body.name, BodySettings()))
         for body in bodies

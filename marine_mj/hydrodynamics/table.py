@@ -12,6 +12,13 @@ VERSION = 1.0
 
 # header
 H_MAGIC, H_VERSION, H_LENGTH, H_BODIES, H_FIRST_BODY = range(5)
+#: Address of the contact sensor in the sensor data plus 1 (0: none), and the forbidden geoms.
+H_SENSOR, H_FORBIDDEN, H_FORBIDDEN_DATA = 5, 6, 7
+
+#: Name of the scene's contact sensor: sum of the normal forces between different vehicles [N],
+#: number of contacts of geoms whose own name starts with `FORBIDDEN`.
+CONTACT_SENSOR = "marine_mj/contacts"
+FORBIDDEN = "forbidden_"
 
 # environment block, right behind the header
 E_DENSITY = 8

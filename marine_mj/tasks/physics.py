@@ -16,6 +16,7 @@ from marine_mj.controllers import Allocator, Hydrostatics, Limits, RigidState
 from marine_mj.controllers.kinematics import rotate, unrotate
 from marine_mj.errors import ModelError, SimulationError
 from marine_mj.frames import Array
+from marine_mj.hydrodynamics import table
 from marine_mj.hydrodynamics.inertia import rigid_inertia
 from marine_mj.hydrodynamics.wrenches import added_mass_of, check_state
 
@@ -126,6 +127,8 @@ class MarinePhysics(dm_mujoco.Physics):
         model = self.model.ptr
         roots = [b for b in range(1, model.nbody) if model.body_parentid[b] == 0]
         named = [b for b in roots if "/" in model.body(b).name]
+        sensor = model.sensor(table.CONTACT_SENSOR)
+        self._contact_sensor = slice(int(sensor.adr[0]), int(sensor.adr[0] + sensor.dim[0]))
         self._bodies = {model.body(b).name.split("/")[0]: b for b in named}
 
     @property
@@ -199,8 +202,7 @@ class MarinePhysics(dm_mujoco.Physics):
         self._peak_force = 0.0
         for _ in range(nstep):
             mujoco.mj_step(model, data)
-            if data.ncon:
-                self._peak_force = max(self._peak_force, self.contact_force())
+            self._peak_force = max(self._peak_force, self.contact_force())
         self.check_state()
 
     @contextlib.contextmanager
@@ -219,16 +221,7 @@ class MarinePhysics(dm_mujoco.Physics):
 
     def contact_force(self) -> float:
         """Sum of normal forces between bodies of different vehicles at the last step, N."""
-        model, data = self.model.ptr, self.data.ptr
-        total, wrench = 0.0, np.zeros(6)
-        root = model.body_rootid
-        for i in range(data.ncon):
-            contact = data.contact[i]
-            bodies = model.geom_bodyid[contact.geom]
-            if contact.efc_address >= 0 and root[bodies[0]] != root[bodies[1]]:
-                mujoco.mj_contactForce(model, data, i, wrench)
-                total += abs(wrench[0])
-        return total
+        return float(self._contacts()[0])
 
     def peak_contact_force(self) -> float:
         """Largest `contact_force` during the last call of `step`, N."""
@@ -236,11 +229,11 @@ class MarinePhysics(dm_mujoco.Physics):
 
     def forbidden_contact(self) -> bool:
         """Whether a geom whose name starts with `forbidden_` was touched at the last step."""
-        model, data = self.model.ptr, self.data.ptr
-        for geom in data.contact.geom[: data.ncon].flat:
-            if model.geom(int(geom)).name.split("/")[-1].startswith("forbidden_"):
-                return True
-        return False
+        return bool(self._contacts()[1] > 0)
+
+    def _contacts(self) -> Array:
+        """Values (2,) of the scene's contact sensor."""
+        return self.data.sensordata[self._contact_sensor]
 
     def actuators(self, instance: str) -> Array:
         """Ids of a vehicle's actuators."""

@@ -3,10 +3,11 @@
 import hashlib
 from pathlib import Path
 
-from numba import cfunc, types
+from numba import cfunc, njit, types
 
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.kernels.body import body_loads
+from marine_mj.hydrodynamics.kernels.contacts import contact_sums
 from marine_mj.hydrodynamics.kernels.equations import apply_loads
 from marine_mj.hydrodynamics.kernels.memory import (
     advance,
@@ -31,9 +32,26 @@ _CTRL = field("d", "ctrl")
 _ACT_ADDRESS = field("m", "actuator_actadr")
 _DYNPRM = field("m", "actuator_dynprm")
 
+_STAGE_ACC = 3  # mjSTAGE_ACC
 _WORK = 15 + 6 * len(t_.CAUSES)
 _INERTIAS = 36 * t_.INERTIAS
 _WRENCHES = 6 * len(t_.CAUSES)
+
+
+@njit
+def _table_address(model):
+    """Where the packed table lies in the model's numeric data; -1 on a model without one."""
+    count = size_value(model, _NUMERICS)
+    if count == 0:
+        return -1
+    address = ints(model, _NUMERIC_ADDRESS)[count - 1]
+    size = ints(model, _NUMERIC_SIZE)[count - 1]
+    if size < t_.FIXED_SIZE:
+        return -1
+    table = advance(floats(model, _NUMERIC_DATA), address)
+    if table[t_.H_MAGIC] != t_.MAGIC or table[t_.H_VERSION] != t_.VERSION:
+        return -1
+    return address if table[t_.H_LENGTH] <= size else -1
 
 
 def _source_digest() -> int:
@@ -50,23 +68,15 @@ def _source_digest() -> int:
 
 
 def _compile(source: int):
-    """The three entry points, from the disk cache where it has them."""
+    """The entry points, from the disk cache where it has them."""
 
     @cfunc(types.void(types.voidptr, types.voidptr), cache=True)
     def passive(model, data):
         """mjcb_passive: hydrodynamic loads and added mass; nothing on a model without table."""
-        count = size_value(model, _NUMERICS)
-        if count == 0 or source == 0:
-            return
-        address = ints(model, _NUMERIC_ADDRESS)[count - 1]
-        size = ints(model, _NUMERIC_SIZE)[count - 1]
-        if size < t_.FIXED_SIZE:
+        address = _table_address(model)
+        if address < 0 or source == 0:
             return
         table = advance(floats(model, _NUMERIC_DATA), address)
-        if table[t_.H_MAGIC] != t_.MAGIC or table[t_.H_VERSION] != t_.VERSION:
-            return
-        if table[t_.H_LENGTH] > size:
-            return
         mj_makeM(model, data)
         work, inertia = scratch(_WORK), scratch(_INERTIAS)
         nu, R, f = work, advance(work, 6), advance(work, 15)
@@ -82,10 +92,9 @@ def _compile(source: int):
     @cfunc(types.void(types.voidptr, types.voidptr, types.CPointer(types.float64)), cache=True)
     def report(model, data, out):
         """Wrenches and inertias in the axes of the loads, into out (bodies, REPORT_SIZE)."""
-        count = size_value(model, _NUMERICS)
-        if source == 0:
+        address = _table_address(model)
+        if address < 0 or source == 0:
             return
-        address = ints(model, _NUMERIC_ADDRESS)[count - 1]
         table = advance(floats(model, _NUMERIC_DATA), address)
         nu, R = scratch(6), scratch(9)
         time = float_value(data, _TIME)
@@ -113,7 +122,16 @@ def _compile(source: int):
             return min(max(rate, prm[2]), prm[3])
         return 0.0
 
-    return passive, report, act_dyn
+    @cfunc(types.void(types.voidptr, types.voidptr, types.int32), cache=True)
+    def sensor(model, data, stage):
+        """mjcb_sensor: the contact sensor of a marine scene."""
+        if source == 0 or stage != _STAGE_ACC:
+            return
+        address = _table_address(model)
+        if address >= 0:
+            contact_sums(model, data, advance(floats(model, _NUMERIC_DATA), address))
+
+    return passive, report, act_dyn, sensor
 
 
-passive, report, act_dyn = _compile(_source_digest())
+passive, report, act_dyn, sensor = _compile(_source_digest())

@@ -5,26 +5,34 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from marine_mj.hydrodynamics.layout import DATA_FIELDS, MODEL_FIELDS, SYMBOL
+from marine_mj.hydrodynamics.layout import CONTACT_FIELDS, DATA_FIELDS, MODEL_FIELDS, SYMBOL
 
-_FIELDS = [("m", name) for name in MODEL_FIELDS] + [("d", name) for name in DATA_FIELDS]
+_FIELDS = [
+    *(("m", name) for name in MODEL_FIELDS),
+    *(("d", name) for name in DATA_FIELDS),
+    *(("c", name) for name in CONTACT_FIELDS),
+]
 
 
 def field(owner: str, name: str) -> int:
-    """Index of a member of mjModel (`"m"`) or mjData (`"d"`) in the registered layout."""
+    """Index of a member of mjModel (`"m"`), mjData (`"d"`) or mjContact (`"c"`) in the layout."""
     return _FIELDS.index((owner, name))
 
 
-def _address(builder, base, index):
-    """LLVM address of member `index` of the struct at `base`."""
+def _offset(builder, index):
+    """Entry `index` of the registered layout."""
     array = ir.ArrayType(ir.IntType(64), len(_FIELDS))
     module = builder.module
     symbol = module.globals.get(SYMBOL)
     if symbol is None:
         symbol = ir.GlobalVariable(module, array, SYMBOL)
         symbol.linkage = "external"
-    offset = builder.load(builder.gep(symbol, [ir.Constant(ir.IntType(32), 0), index]))
-    return builder.gep(base, [offset])
+    return builder.load(builder.gep(symbol, [ir.Constant(ir.IntType(32), 0), index]))
+
+
+def _address(builder, base, index):
+    """LLVM address of member `index` of the struct at `base`."""
+    return builder.gep(base, [_offset(builder, index)])
 
 
 def _pointer_member(numba_type, llvm_type):
@@ -59,6 +67,30 @@ ints = _pointer_member(types.int32, ir.IntType(32))
 float_value = _value_member(types.float64, ir.DoubleType())
 size_value = _value_member(types.int64, ir.IntType(64))
 int_value = _value_member(types.int32, ir.IntType(32))
+
+
+@intrinsic
+def inline_ints(typingctx, base, index):
+    """Pointer to an int32 array that lies inside the struct itself."""
+
+    def codegen(context, builder, signature, args):
+        return builder.bitcast(_address(builder, *args), ir.IntType(32).as_pointer())
+
+    return types.CPointer(types.int32)(types.voidptr, types.int64), codegen
+
+
+@intrinsic
+def contact_at(typingctx, data, contacts, size, number):
+    """Pointer to contact `number`, from the layout's entries for the list and the struct size."""
+
+    def codegen(context, builder, signature, args):
+        slot = builder.bitcast(
+            _address(builder, args[0], args[1]), ir.IntType(8).as_pointer().as_pointer()
+        )
+        stride = _offset(builder, args[2])
+        return builder.gep(builder.load(slot), [builder.mul(stride, args[3])])
+
+    return types.voidptr(types.voidptr, types.int64, types.int64, types.int64), codegen
 
 
 @intrinsic
