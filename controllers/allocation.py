@@ -11,12 +11,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from marine_mj.controllers.pid import Limits
-from numpy.typing import NDArray
+from numba import njit
 
 from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array
-
-Flags = NDArray[np.bool_]
 
 # Weight of the effort relative to that of the wrench: small enough not to be seen in the wrench.
 _EFFORT = 1e-7
@@ -60,50 +58,135 @@ class Allocator:
             wrench: (..., 6) wanted wrench, FLU.
         """
         wrench = np.asarray(wrench, dtype=float)
-        flat = wrench.reshape(-1, 6)
+        flat = np.ascontiguousarray(wrench.reshape(-1, 6))
         scaled = self.axis_weight[:, None] * self.effectiveness  # (6, m)
         # Effort is measured relative to each thruster's range.
         span = 0.5 * np.maximum(self.limits.high - self.limits.low, 1e-12)
         hessian = scaled.T @ scaled
         effort = _EFFORT * np.trace(hessian) * np.mean(span) ** 2 / len(span) / span**2
         hessian += np.diag(effort + 1e-30)
-        slope = (self.axis_weight * flat) @ scaled  # (k, m)
-        # One row at a time gives the same bits as a batch.
-        commands = np.zeros_like(slope)
-        for i, row in enumerate(slope):
-            commands[i] = np.linalg.solve(hessian, row)
-        limited = self.limits.clip(commands)
-        saturated = np.flatnonzero((limited != commands).any(axis=1))
-        for k in saturated:
-            limited[k] = self._bounded(hessian, slope[k], limited[k], limited[k] == commands[k])
-        commands = limited.reshape(*wrench.shape[:-1], -1)
-        return commands, commands @ self.effectiveness.T
+        commands = np.empty((len(flat), len(span)))
+        given = np.empty_like(flat)
+        _allocate(
+            np.linalg.cholesky(hessian),
+            hessian,
+            self.axis_weight[:, None] * scaled,
+            self.effectiveness,
+            flat,
+            np.asarray(self.limits.low, dtype=float),
+            np.asarray(self.limits.high, dtype=float),
+            self.iterations,
+            commands,
+            given,
+        )
+        return commands.reshape(*wrench.shape[:-1], -1), given.reshape(wrench.shape)
 
-    def _bounded(self, hessian: Array, slope: Array, start: Array, free: Flags) -> Array:
-        """Minimum (m,) of `u H u / 2 - slope u` within the limits, from a start inside them."""
-        low, high = self.limits.low, self.limits.high
-        u, free = start.copy(), free.copy()
-        for _ in range(self.iterations):
-            gradient = hessian @ u - slope
-            step = np.zeros_like(u)
-            if free.any():
-                step[free] = np.linalg.solve(hessian[np.ix_(free, free)], -gradient[free])
-            with np.errstate(divide="ignore", invalid="ignore"):
-                room = np.where(step > 0, (high - u) / step, (low - u) / step)
-            room[~free | (step == 0)] = np.inf
-            first = int(np.argmin(room))
-            if room[first] < 1.0:
-                u = self.limits.clip(u + room[first] * step)
-                u[first] = high[first] if step[first] > 0 else low[first]
-                free[first] = False
-                continue
-            u = self.limits.clip(u + step)
-            # A thruster at its limit is let go when the cost falls towards the inside.
-            gradient = hessian @ u - slope
-            pull = np.where(u >= high, gradient, -gradient)
-            pull[free | (low == high)] = -np.inf
-            worst = int(np.argmax(pull))
-            if pull[worst] <= 1e-9 * (1.0 + np.abs(slope).max()):
-                break
-            free[worst] = True
-        return u
+
+@njit(cache=True)
+def _allocate(
+    factor, hessian, slope, effectiveness, wrench, low, high, iterations, commands, given
+):
+    """Fill commands (k, m) and given wrench (k, 6), row by row: a row's bits know no other row."""
+    rows, m = commands.shape
+    q, step, gradient = np.empty(m), np.empty(m), np.empty(m)
+    free = np.empty(m, dtype=np.bool_)
+    index = np.empty(m, dtype=np.int64)
+    work = np.empty((m, m))
+    for k in range(rows):
+        u = commands[k]
+        for j in range(m):
+            q[j] = 0.0
+            for i in range(6):
+                q[j] += wrench[k, i] * slope[i, j]
+            u[j] = q[j]
+        _substitute(factor, m, u)
+        inside = True
+        for j in range(m):
+            free[j] = low[j] <= u[j] <= high[j]
+            inside = inside and free[j]
+            u[j] = min(max(u[j], low[j]), high[j])
+        if not inside:
+            _bounded(hessian, q, low, high, iterations, u, free, index, work, step, gradient)
+        for i in range(6):
+            given[k, i] = 0.0
+            for j in range(m):
+                given[k, i] += effectiveness[i, j] * u[j]
+
+
+@njit(cache=True)
+def _substitute(L, n, x):
+    """Overwrite x[:n] with the solution of L L^T y = x."""
+    for i in range(n):
+        for j in range(i):
+            x[i] -= L[i, j] * x[j]
+        x[i] /= L[i, i]
+    for i in range(n - 1, -1, -1):
+        for j in range(i + 1, n):
+            x[i] -= L[j, i] * x[j]
+        x[i] /= L[i, i]
+
+
+@njit(cache=True)
+def _newton(hessian, free, index, work, gradient, step):
+    """Step to the minimum over the free thrusters, Cholesky of their block."""
+    n = 0
+    for j in range(len(step)):
+        step[j] = 0.0
+        if free[j]:
+            index[n] = j
+            n += 1
+    for i in range(n):
+        for j in range(i + 1):
+            total = hessian[index[i], index[j]]
+            for k in range(j):
+                total -= work[i, k] * work[j, k]
+            work[i, j] = np.sqrt(total) if i == j else total / work[j, j]
+    for i in range(n):
+        gradient[i] = -gradient[index[i]]  # index[i] >= i: nothing needed is overwritten
+    _substitute(work, n, gradient)
+    for i in range(n - 1, -1, -1):
+        step[index[i]] = gradient[i]
+
+
+@njit(cache=True)
+def _bounded(hessian, q, low, high, iterations, u, free, index, work, step, gradient):
+    """Move u (m,) to the minimum of `u H u / 2 - q u` within the limits, from inside them."""
+    m = len(u)
+    largest = 0.0
+    for j in range(m):
+        largest = max(largest, abs(q[j]))
+    for _ in range(iterations):
+        _gradient(hessian, q, u, gradient)
+        _newton(hessian, free, index, work, gradient, step)
+        first, room = -1, 1.0
+        for j in range(m):
+            if free[j] and step[j] != 0.0:
+                share = ((high[j] if step[j] > 0 else low[j]) - u[j]) / step[j]
+                if share < room:
+                    first, room = j, share
+        for j in range(m):
+            u[j] = min(max(u[j] + room * step[j], low[j]), high[j])
+        if first >= 0:
+            u[first] = high[first] if step[first] > 0 else low[first]
+            free[first] = False
+            continue
+        # A thruster at its limit is let go when the cost falls towards the inside.
+        _gradient(hessian, q, u, gradient)
+        worst, most = -1, 1e-9 * (1.0 + largest)
+        for j in range(m):
+            if not free[j] and low[j] < high[j]:
+                pull = gradient[j] if u[j] >= high[j] else -gradient[j]
+                if pull > most:
+                    worst, most = j, pull
+        if worst < 0:
+            break
+        free[worst] = True
+
+
+@njit(cache=True)
+def _gradient(hessian, q, u, out):
+    """out (m,) = H u - q."""
+    for i in range(len(u)):
+        out[i] = -q[i]
+        for j in range(len(u)):
+            out[i] += hessian[i, j] * u[j]
