@@ -23,6 +23,7 @@ from marine_mj.controllers.kinematics import (
 from marine_mj.controllers.pid import Limits, Pid, PidGains, PidState
 from marine_mj.controllers.pose_pid import Hydrostatics
 
+from marine_mj import frames
 from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array
 
@@ -106,7 +107,7 @@ class VehicleModel:
 
     def __post_init__(self) -> None:
         """Raise ScenarioError for a time that cannot be."""
-        if not (self.lag >= 0 and self.observer > 0):
+        if not (np.all(np.asarray(self.lag) >= 0) and np.all(np.asarray(self.observer) > 0)):
             raise ScenarioError(
                 f"thruster lag must be >= 0 s and observer > 0 s, got {self.lag}, {self.observer}"
             )
@@ -213,7 +214,7 @@ class Cpv:
         if self.model is not None:
             thrust, disturbance = self._observe(self.model, state, body, statics, contact)
             wanted = body_acceleration(body, acceleration)
-            feed_forward = feed_forward + wanted @ self.model.inertia.T - disturbance
+            feed_forward = feed_forward + frames.apply(self.model.inertia, wanted) - disturbance
         speed, pose = self.pose.update(state.pose, pose_error(target, body) * scale)
         slip = relative_velocity(body, target) * (np.asarray(scale) != 0)
         wrench, velocity = self.velocity.update(state.velocity, speed - slip, feed_forward)
@@ -230,15 +231,16 @@ class Cpv:
     ) -> tuple[Array, Array]:
         """Thrust (..., 6) by now, and the disturbance (..., 6) of the last period, low-passed."""
         period = self.velocity.period
-        share = 1.0 if model.lag == 0 else -np.expm1(-period / model.lag)
+        with np.errstate(divide="ignore"):
+            share = -np.expm1(-period / np.asarray(model.lag, dtype=float))[..., None]
         thrust = state.thrust + share * (state.asked - state.thrust)
         gained = np.where(np.isnan(state.seen), 0.0, (body.velocity - state.seen) / period)
         # Hydrostatics push with minus what cancels them.
         mean_thrust = 0.5 * (thrust + state.thrust)
-        found = gained @ model.inertia.T - mean_thrust + statics
+        found = frames.apply(model.inertia, gained) - mean_thrust + statics
         found = np.where(np.isnan(state.seen), state.disturbance, found)
-        limits, most = self.velocity.limits, model.observer_limit
+        limits, most = self.velocity.limits, np.asarray(model.observer_limit)[..., None]
         found = np.where(np.asarray(contact)[..., None], 0.0, found)
-        step = -np.expm1(-period / model.observer)
+        step = -np.expm1(-period / np.asarray(model.observer))[..., None]
         disturbance = state.disturbance + step * (found - state.disturbance)
         return thrust, np.clip(disturbance, most * limits.low, most * limits.high)

@@ -15,12 +15,12 @@ from marine_mj.frames import Array
 
 def rotate(rotation: Array, vector: Array) -> Array:
     """Vectors (..., 3) turned by rotation matrices (..., 3, 3)."""
-    return np.squeeze(rotation @ np.asarray(vector, dtype=float)[..., None], -1)
+    return frames.apply(rotation, vector)
 
 
 def unrotate(rotation: Array, vector: Array) -> Array:
     """Vectors (..., 3) turned by the transposed rotation matrices (..., 3, 3)."""
-    return np.squeeze(np.swapaxes(rotation, -1, -2) @ np.asarray(vector)[..., None], -1)
+    return frames.apply(np.swapaxes(rotation, -1, -2), vector)
 
 
 @dataclass(frozen=True)

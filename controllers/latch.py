@@ -42,9 +42,9 @@ class Latch:
     def __post_init__(self) -> None:
         """Raise ScenarioError for a limit that is not positive."""
         for name in ("position", "attitude", "speed", "rate"):
-            if not getattr(self, name) > 0:
+            if not np.all(np.asarray(getattr(self, name)) > 0):
                 raise ScenarioError(f"latch {name} limit must be > 0, got {getattr(self, name)}")
-        if not self.dwell >= 0:
+        if not np.all(np.asarray(self.dwell) >= 0):
             raise ScenarioError(f"latch dwell must be >= 0 s, got {self.dwell}")
 
     def initial(self, shape: tuple[int, ...] = ()) -> LatchState:

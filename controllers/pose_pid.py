@@ -75,10 +75,9 @@ class Hydrostatics:
     def feed_forward(self, rotation: Array) -> Array:
         """Wrench (..., 6) FLU that cancels weight and buoyancy at attitude (..., 3, 3)."""
         up = rotation[..., 2, :]  # world z in body axes
-        force = (self.weight - self.buoyancy) * up
-        arm = self.weight * np.asarray(self.center_of_gravity) - self.buoyancy * np.asarray(
-            self.center_of_buoyancy
-        )
+        weight, buoyancy = (np.asarray(v)[..., None] for v in (self.weight, self.buoyancy))
+        force = (weight - buoyancy) * up
+        arm = weight * self.center_of_gravity - buoyancy * self.center_of_buoyancy
         return np.concatenate([force, np.cross(arm, up)], axis=-1)
 
 
@@ -150,10 +149,9 @@ class PosePid:
 
     def _limited(self, error: Array) -> Array:
         """Pose error (..., 6) with the length of its position part limited."""
-        if not np.isfinite(self.error_limit):
-            return error
         length = np.linalg.norm(error[..., :3], axis=-1, keepdims=True)
-        share = np.minimum(1.0, self.error_limit / np.maximum(length, 1e-12))
+        limit = np.asarray(self.error_limit)[..., None]
+        share = np.minimum(1.0, limit / np.maximum(length, 1e-12))
         return np.concatenate([error[..., :3] * share, error[..., 3:]], axis=-1)
 
     def with_limits(self, limits: Limits) -> "PosePid":

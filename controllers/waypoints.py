@@ -90,9 +90,9 @@ class DockingPlan:
             "quiet_rate",
             "patience",
         ):
-            if not getattr(self, name) > 0:
+            if not np.all(np.asarray(getattr(self, name)) > 0):
                 raise ScenarioError(f"docking plan: {name} must be > 0, got {getattr(self, name)}")
-        if len(self.contact_scale) != 6:
+        if np.shape(self.contact_scale)[-1:] != (6,):
             raise ScenarioError(
                 f"docking plan: contact_scale needs 6 factors, got {self.contact_scale}"
             )
@@ -242,16 +242,12 @@ class DockingGuidance:
         offset = unrotate(carrier.rotation, aperture.position - carrier.position)
         above = carrier.position + rotate(carrier.rotation, offset * np.array([1.0, 1.0, 0.0]))
         back = np.stack([-np.cos(carrier.heading), -np.sin(carrier.heading)], axis=-1)
-        behind = np.concatenate(
-            [
-                above[..., :2] + plan.approach_distance * back,
-                np.full((*above.shape[:-1], 1), -plan.approach_depth),
-            ],
-            axis=-1,
-        )
-        under = above - np.array([0.0, 0.0, plan.under_depth])
-        away = (plan.retreat > 0) & np.logical_not(quiet)
         down = np.array([0.0, 0.0, 1.0])
+        away_from_dock = np.asarray(plan.approach_distance)[..., None] * back
+        depth = np.broadcast_to(plan.approach_depth, above.shape[:-1])[..., None]
+        behind = np.concatenate([above[..., :2] + away_from_dock, -depth], axis=-1)
+        under = above - np.asarray(plan.under_depth)[..., None] * down
+        away = (plan.retreat > 0) & np.logical_not(quiet)
         wait_depth = plan.wait_depth + plan.retreat * away
         wait = aperture.position - wait_depth[..., None] * down
         matched = unrotate(_level_rotation(carrier.heading), aperture.linear_velocity)
@@ -272,7 +268,7 @@ class DockingGuidance:
             RigidState(behind, level, still),
             RigidState(under, level, still),
             RigidState(wait, level, wait_twist),
-            aperture.attached([0.0, 0.0, plan.overshoot]),
+            aperture.attached(np.asarray(plan.overshoot)[..., None] * down),
             seated,
         ]
 
@@ -289,7 +285,7 @@ class DockingGuidance:
         contact = (state.phase == Phase.CONTACT)[..., None]
         away = (state.phase == Phase.WAIT) & np.logical_not(quiet) & (self.plan.retreat > 0)
         follow = _FOLLOW[np.minimum(state.phase, Phase.CONTACT)]
-        up = np.array([0.0, 0.0, self.plan.push])
+        up = np.asarray(self.plan.push)[..., None] * np.array([0.0, 0.0, 1.0])
         return GuidanceCommand(
             target=RigidState(pick("position"), pick("quaternion"), pick("velocity")),
             scale=np.where(contact, np.asarray(self.plan.contact_scale), 1.0),

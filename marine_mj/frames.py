@@ -31,6 +31,15 @@ def flip_matrix(matrix: ArrayLike) -> Array:
     return FLIP6[:, None] * np.asarray(matrix, dtype=float) * FLIP6[None, :]
 
 
+def apply(matrix: ArrayLike, vector: ArrayLike) -> Array:
+    """Products (..., n) of matrices (..., n, m) and vectors (..., m).
+
+    Row by row: a vector gives the same bits alone or in a batch, which `vector @ matrix.T` does
+    not promise.
+    """
+    return np.squeeze(np.asarray(matrix) @ np.asarray(vector, dtype=float)[..., None], -1)
+
+
 def ssa(angle: ArrayLike) -> Array:
     """Smallest signed angle [rad], in [-pi, pi)."""
     return (np.asarray(angle, dtype=float) + np.pi) % (2 * np.pi) - np.pi

@@ -1,5 +1,6 @@
 """From a scenario to a compiled model: vehicles, docks, latches and actuation in one MjSpec."""
 
+import copy
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -122,6 +123,31 @@ def main_body(spec: mujoco.MjSpec, instance: str) -> Any:
         if body.name.startswith(f"{instance}/"):
             return body
     raise ModelError(f"no body of vehicle {instance!r} in the scene")
+
+
+def main_bodies(model: mujoco.MjModel) -> dict[str, int]:
+    """Id of the root body of every vehicle in a compiled scene, by instance name."""
+    roots = [b for b in range(1, model.nbody) if model.body_parentid[b] == 0]
+    return {model.body(b).name.split("/")[0]: b for b in roots if "/" in model.body(b).name}
+
+
+def at_origin(model: mujoco.MjModel) -> mujoco.MjData:
+    """Kinematics of a scene with every vehicle level at the origin and its joints at rest.
+
+    Positions on a vehicle relative to it come out the same wherever it starts.
+    """
+    model = copy.copy(model)
+    free = int(mujoco.mjtJoint.mjJNT_FREE)
+    for body in main_bodies(model).values():
+        model.body_pos[body], model.body_quat[body] = 0.0, [1.0, 0.0, 0.0, 0.0]
+        joint = model.body_jntadr[body]
+        if joint >= 0 and model.jnt_type[joint] == free:
+            address = model.jnt_qposadr[joint]
+            model.qpos0[address : address + 7] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    return data
 
 
 def body_settings(scenario: Scenario, spec: mujoco.MjSpec) -> dict[str, dict[str, Any]]:

@@ -192,6 +192,7 @@ def write_environment(
             f"{len(table)}: keep the numbers of wave components and time knots, or compile again"
         )
     table[:] = values
+    _rescale_contacts(model)
 
 
 def load_xml(

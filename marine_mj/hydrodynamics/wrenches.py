@@ -148,12 +148,28 @@ def _pushed(start: Array, data: mujoco.MjData, group: Iterable[int], R: Array, x
     return total
 
 
-_WARNINGS = (
+#: MuJoCo's warnings after which a state is worth nothing.
+STATE_WARNINGS = (
     mujoco.mjtWarning.mjWARN_BADQPOS,
     mujoco.mjtWarning.mjWARN_BADQVEL,
     mujoco.mjtWarning.mjWARN_BADQACC,
     mujoco.mjtWarning.mjWARN_BADCTRL,
 )
+
+
+def check_control(model: mujoco.MjModel, control: Array, time: float) -> None:
+    """Raise if a command (nu,) is not a finite number.
+
+    Raises:
+        SimulationError: names the actuator, its command and the time [s].
+    """
+    bad = np.flatnonzero(~np.isfinite(control))
+    if bad.size:
+        name = model.actuator(int(bad[0])).name
+        raise SimulationError(
+            f"control of actuator {name!r} is {np.asarray(control).flat[bad[0]]} at t = "
+            f"{time:.3f} s: the controller must give finite commands"
+        )
 
 
 def check_state(model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -162,7 +178,7 @@ def check_state(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     Raises:
         SimulationError: names the time, the body and its state.
     """
-    for warning in _WARNINGS:
+    for warning in STATE_WARNINGS:
         record = data.warning[warning]
         if record.number == 0:
             continue

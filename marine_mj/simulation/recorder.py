@@ -19,14 +19,15 @@ from marine_mj.tasks.physics import MarinePhysics
 DOFS = ["surge", "sway", "heave", "roll", "pitch", "yaw"]
 
 #: Raw state, for replay.
-_RAW = {
+RAW = {
     "qpos": Signal(("q",), "m, -", "MuJoCo", "generalised positions"),
     "qvel": Signal(("v",), "m/s, rad/s", "MuJoCo", "generalised velocities"),
     "act": Signal(("a",), "actuator", "", "actuator activations"),
     "ctrl": Signal(("u",), "actuator", "", "actuator commands"),
     "eq_active": Signal(("eq",), "1", "", "active equality constraints (latches)"),
 }
-_VEHICLE = {
+#: Signals of every vehicle.
+VEHICLE = {
     "eta_ned": Signal(("vehicle", "dof"), "m, rad", "NED", "pose, zyx Euler angles"),
     "nu_frd": Signal(("vehicle", "dof"), "m/s, rad/s", "body FRD", "velocity"),
     "wrench": Signal(
@@ -55,7 +56,7 @@ class Recorder:
     def sample(self, time: float) -> None:
         """Record the present state at `time` s."""
         physics = self._physics
-        row: dict[str, Any] = {name: getattr(physics.data, name) for name in _RAW}
+        row: dict[str, Any] = {name: getattr(physics.data, name) for name in RAW}
         row["time"] = time
         vehicles = physics.vehicles
         row["eta_ned"] = np.array([physics.eta_ned(v) for v in vehicles])
@@ -84,7 +85,7 @@ class Recorder:
 
     def log(self, summary: dict[str, Any]) -> Log:
         """The log so far, with a summary of the run."""
-        described = _RAW | _VEHICLE | self._task.signal_specs
+        described = RAW | VEHICLE | self._task.signal_specs
         variables = {}
         for name, values in self._samples.items():
             if name == "time":

@@ -51,7 +51,7 @@ def run(
 
     def summary(error: SimulationError | None = None) -> dict[str, Any]:
         now = clock.perf_counter()
-        return _plain(
+        return plain(
             {
                 "scenario": scenario.name,
                 "seed": scenario.seed,
@@ -84,10 +84,10 @@ def run(
     return recorder.log(summary())
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Value with NumPy scalars as Python numbers and rounding noise kept out of JSON."""
     if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
+        return {key: plain(item) for key, item in value.items()}
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float):

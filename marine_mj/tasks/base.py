@@ -1,14 +1,20 @@
 """What every marine task offers beyond dm_control's: signals for the log and a summary."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
 import dm_env
+import mujoco
 import numpy as np
 from dm_control.suite import base
+from numpy.typing import NDArray
 
 from marine_mj.frames import Array
+from marine_mj.scenario import Scenario
 from marine_mj.tasks.physics import MarinePhysics
+
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -26,6 +32,74 @@ class Signal:
     units: str = "1"
     frame: str = ""
     about: str = ""
+
+
+class Mission(ABC):
+    """The heart of a task on arrays of any leading shape: () for one simulation, (n,) for a batch.
+
+    The dm_control task and the batch runner drive the same mission, so both give the same bits.
+    A mission holds what does not change; its memory is an explicit state, a frozen dataclass of
+    arrays with that leading shape. Parameters (gains, limits, distances) may be arrays (n, ...)
+    themselves: `marine_mj.trees.stack` makes one mission of many.
+
+    Attributes:
+        signal_specs: description of what `signals` returns.
+    """
+
+    signal_specs: dict[str, Signal] = {}  # noqa: RUF012
+
+    @property
+    def welds(self) -> tuple[int, ...]:
+        """Equality constraints that the mission may close; `view.weld` is the data of the first."""
+        return ()
+
+    @abstractmethod
+    def place(
+        self,
+        scenario: Scenario,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        random: np.random.RandomState,
+    ) -> None:
+        """Write the start of one simulation into `data`, which has just been reset."""
+
+    @abstractmethod
+    def initial(self, time: Array | float, shape: tuple[int, ...] = ()) -> Any:
+        """State at the start, at `time` (...,) s, for a leading shape."""
+
+    @abstractmethod
+    def view(self, qpos: Array, qvel: Array) -> Any:
+        """What the mission sees in generalised coordinates (..., nq) and velocities (..., nv)."""
+
+    @abstractmethod
+    def command(
+        self, state: Any, view: Any, latched: Flags, action: Array | None = None
+    ) -> tuple[Array, Any]:
+        """Commands (..., nu) of all actuators, and the next state."""
+
+    @abstractmethod
+    def observe(
+        self,
+        state: Any,
+        view: Any,
+        time: Array | float,
+        latched: Flags,
+        force: Array | float,
+        forbidden: Flags | bool,
+    ) -> tuple[Any, Flags]:
+        """Next state one control period later, and where (...,) the first weld closes now."""
+
+    @abstractmethod
+    def finished(self, state: Any, time: Array | float, latched: Flags) -> Flags:
+        """Where (...,) the mission is over before its time."""
+
+    @abstractmethod
+    def signals(self, state: Any, view: Any, latched: Flags) -> dict[str, Array]:
+        """Signals (..., ...) for the log, by name."""
+
+    @abstractmethod
+    def summary(self, scenario: Scenario, state: Any, latched: bool) -> dict[str, Any]:
+        """Results of one simulation (state of shape ()), as plain values for JSON."""
 
 
 class MarineTask(base.Task):

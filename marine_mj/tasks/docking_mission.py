@@ -1,0 +1,374 @@
+"""The docking task on arrays: one mission steers and judges one simulation or a thousand.
+
+The dm_control task and the batch runner both use it, so they give the same bits. Everything has a
+leading shape (...,): () for one simulation, (n,) for a batch.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from marine_mj import frames, hydrodynamics
+from marine_mj.controllers import (
+    Allocator,
+    Cpv,
+    DockingGuidance,
+    DockingPilot,
+    Latch,
+    LatchState,
+    Limits,
+    Phase,
+    PilotState,
+    PosePid,
+    RigidState,
+    VehicleModel,
+    cpv_gain_set,
+)
+from marine_mj.frames import Array
+from marine_mj.scenario import Scenario
+from marine_mj.scene import main_bodies, start_pose
+from marine_mj.tasks.base import Flags, Mission, Signal, from_unit
+from marine_mj.tasks.docking_geometry import DockingGeometry, DockingView
+from marine_mj.tasks.docking_physics import DockingPhysics
+from marine_mj.tasks.docking_settings import DockingSettings
+from marine_mj.tasks.reader import BodyReader
+from marine_mj.weather import significant_height
+
+#: Pose errors at capture, in the aperture frame FRD, m and rad.
+CAPTURE_ERRORS = tuple(
+    f"{axis}_error" for axis in ("surge", "sway", "heave", "roll", "pitch", "yaw")
+)
+#: What is kept of the first crossing of the aperture.
+CAPTURE = ("time", *CAPTURE_ERRORS, "relative_speed", "relative_kinetic_energy")
+#: Importance of the axes when the thrusters cannot give all of them (`Allocator.axis_weight`):
+#: heave first, of which a vehicle that is pushed into a dock has too little; the pads turn the push
+#: into more pitch moment than the same thrusters would give directly.
+_AXIS_WEIGHT = (1.0, 1.0, 3.0, 3.3, 3.3, 3.3)
+#: Latest start on the wave record in episodes with a random start, s.
+_LATEST_START = 600.0
+
+
+@dataclass(frozen=True)
+class DockingState:
+    """Memory of a mission.
+
+    Attributes:
+        pilot: of guidance and controller.
+        latch: of the latch's monitor.
+        wrench: (..., 6) wrench the actuators were asked for, FLU.
+        target: (..., 3) position the controller steers to, NWU, m.
+        start_time: (...,) time on the wave record at the start, s.
+        latch_time: (...,) when the latch closed, s; inf while it is open.
+        force: (...,) largest sum of normal forces in the last control period, N.
+        peak_force: (...,) the same since the start, N.
+        crashed: (...,) bool, a forbidden geom was touched.
+        height: (...,) height above the aperture plane at the last look, m.
+        entries: (...,) int, crossings of the aperture from below.
+        capture: (..., 9) values of `CAPTURE` at the first crossing; NaN before.
+    """
+
+    pilot: PilotState
+    latch: LatchState
+    wrench: Array
+    target: Array
+    start_time: Array
+    latch_time: Array
+    force: Array
+    peak_force: Array
+    crashed: Flags
+    height: Array
+    entries: Array
+    capture: Array
+
+
+@dataclass(frozen=True)
+class DockingMission(Mission):
+    """Guidance, control and judgement of docking.
+
+    Attributes:
+        settings: settings of the task; of a stacked mission only names and flags count.
+        closed_loop: guidance and controller steer; otherwise the action is the raw command.
+        geometry: who docks where.
+        pilot: guidance and controller.
+        allocator: from wrenches to the vehicle's actuators.
+        actuators: (m,) their ids.
+        nu: number of actuators of the scene.
+        latch: when the latch closes.
+        period: time between two commands, s.
+        goal_offset: largest shift of the goal by the action, m.
+        hold: time a mission goes on after the latch has closed, s.
+        sea: what the summary says of the sea: H_s, T_p, number.
+    """
+
+    settings: DockingSettings = field(metadata={"stack": "first"})
+    closed_loop: bool
+    geometry: DockingGeometry
+    pilot: DockingPilot
+    allocator: Allocator = field(metadata={"stack": "same"})
+    actuators: Array
+    nu: int
+    latch: Latch
+    period: float
+    goal_offset: float
+    hold: float
+
+    signal_specs = {  # noqa: RUF012
+        "dock_error": Signal(("dof",), "m, rad", "vehicle FLU", "seat pose minus vehicle pose"),
+        "relative_velocity": Signal(
+            ("dof",), "m/s, rad/s", "vehicle FLU", "vehicle velocity relative to the seat"
+        ),
+        "target_ned": Signal(("axis",), "m", "NED", "position the controller steers to"),
+        "wrench_command": Signal(
+            ("dof",), "N, N m", "vehicle FLU", "wrench the thrusters were asked for"
+        ),
+        "phase": Signal((), "1", "", "0 approach 1 under 2 wait 3 enter 4 contact 5 latched"),
+        "latched": Signal((), "1", "", "1 when the latch is closed"),
+        "contact_force": Signal((), "N", "", "largest sum of normal forces in the control period"),
+    }
+
+    @classmethod
+    def of(
+        cls,
+        scenario: Scenario,
+        settings: DockingSettings,
+        physics: DockingPhysics,
+        closed_loop: bool,
+    ) -> "DockingMission":
+        """Mission of a scenario, with what the compiled scene says of its vehicle."""
+        vehicle = scenario.vehicles[physics.vehicle]
+        low, high = frames.flip(vehicle.wrench_low_frd), frames.flip(vehicle.wrench_high_frd)
+        limits = Limits(np.minimum(low, high), np.maximum(low, high))
+        period = scenario.control_period
+        return cls(
+            settings=settings,
+            closed_loop=closed_loop,
+            geometry=physics.geometry,
+            pilot=DockingPilot(
+                _controller(scenario, settings, physics, limits),
+                physics.dock_frames,
+                period,
+                DockingGuidance(settings.plan.plan()),
+            ),
+            allocator=replace(
+                physics.allocator(physics.vehicle), axis_weight=np.array(_AXIS_WEIGHT)
+            ),
+            actuators=physics.actuators(physics.vehicle),
+            nu=physics.model.nu,
+            latch=settings.latch.latch(),
+            period=period,
+            goal_offset=settings.goal_offset,
+            hold=settings.hold,
+        )
+
+    def place(
+        self,
+        scenario: Scenario,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        random: np.random.RandomState,
+    ) -> None:
+        """Put all vehicles at their start, scattered if the settings ask for it.
+
+        Args:
+            scenario: what is run.
+            model: compiled scene.
+            data: just reset; time, positions and velocities are written.
+            random: of the random start.
+        """
+        settings = self.settings
+        if settings.random_start_time:
+            data.time = random.uniform(0.0, _LATEST_START)
+        for instance, body in main_bodies(model).items():
+            vehicle = scenario.vehicles[instance]
+            position, quaternion = start_pose(vehicle)
+            if instance == self.geometry.vehicle:
+                scatter = settings.start_spread * random.normal(size=3)
+                position = position + np.clip(scatter, -2.0, 2.0)
+                turn = np.deg2rad(settings.start_heading_spread_deg) * random.normal()
+                turned = frames.quaternion_from_euler([0.0, 0.0, turn])
+                quaternion = frames.quaternion_multiply(turned, quaternion)
+            velocity = frames.flip(vehicle.velocity_frd)
+            state = RigidState(position, quaternion, velocity)
+            BodyReader.of(model, body).write(data.qpos, data.qvel, state)
+        hydrodynamics.start_in_waves(model, data)
+
+    def initial(self, time: Array | float, shape: tuple[int, ...] = ()) -> DockingState:
+        """State at the start, at `time` (...,) s, for a leading shape."""
+        start = np.broadcast_to(np.asarray(time, dtype=float), shape).copy()
+        zero = np.zeros(shape)
+        return DockingState(
+            pilot=self.pilot.initial(shape),
+            latch=self.latch.initial(shape),
+            wrench=np.zeros((*shape, 6)),
+            target=np.zeros((*shape, 3)),
+            start_time=start,
+            latch_time=np.full(shape, np.inf),
+            force=zero,
+            peak_force=zero,
+            crashed=np.zeros(shape, dtype=bool),
+            height=np.full(shape, -np.inf),
+            entries=np.zeros(shape, dtype=int),
+            capture=np.full((*shape, len(CAPTURE)), np.nan),
+        )
+
+    def view(self, qpos: Array, qvel: Array) -> DockingView:
+        """States and errors for generalised coordinates (..., nq) and (..., nv)."""
+        return DockingView(self.geometry, qpos, qvel)
+
+    @property
+    def welds(self) -> tuple[int, ...]:
+        """Equality constraints that the mission may close."""
+        return (self.geometry.weld,)
+
+    def command(
+        self, state: DockingState, view: DockingView, latched: Flags, action: Array | None = None
+    ) -> tuple[Array, DockingState]:
+        """Commands (..., nu) of all actuators, and the next state.
+
+        Args:
+            state: state after the previous look.
+            view: present states.
+            latched: (...,) bool.
+            action: (..., k) of the task, each in [-1, 1]; None: no change of the goal, no thrust.
+        """
+        latched = np.asarray(latched, dtype=bool)
+        commands = np.zeros((*latched.shape, self.nu))
+        if not self.closed_loop:
+            given = np.zeros((*latched.shape, len(self.actuators))) if action is None else action
+            limits = self.allocator.limits
+            raw = from_unit(given, limits.low, limits.high)
+            raw = np.where(latched[..., None], 0.0, raw)
+            commands[..., self.actuators] = raw
+            effect = self.allocator.effectiveness
+            return commands, replace(state, wrench=frames.apply(effect, raw))
+        offset: Array | float = 0.0
+        if action is not None and np.shape(action)[-1]:
+            offset = self.goal_offset * np.asarray(action, dtype=float)
+        wrench, order, pilot = self.pilot.update(
+            state.pilot, view.vehicle, view.carrier, latched, offset
+        )
+        commands[..., self.actuators], given = self.allocator.allocate(wrench)
+        pilot = self.pilot.applied(pilot, given)
+        return commands, replace(state, pilot=pilot, wrench=given, target=order.target.position)
+
+    def observe(
+        self,
+        state: DockingState,
+        view: DockingView,
+        time: Array | float,
+        latched: Flags,
+        force: Array | float,
+        forbidden: Flags | bool,
+    ) -> tuple[DockingState, Flags]:
+        """Next state, and in which simulations (...,) the latch closes now.
+
+        Args:
+            state: state after the last command.
+            view: states one control period later.
+            time: (...,) simulated time there, s.
+            latched: (...,) bool, closed before.
+            force: (...,) largest sum of normal forces in the control period, N.
+            forbidden: (...,) bool, a forbidden geom is touched.
+        """
+        time = np.asarray(time, dtype=float)
+        height, entries, capture = self._aperture(state, view, time)
+        latch = self.latch.update(state.latch, view.error, view.relative_velocity, self.period)
+        closing = latch.closed & ~np.asarray(latched, dtype=bool)
+        following = replace(
+            state,
+            latch=latch,
+            latch_time=np.where(closing, time, state.latch_time),
+            force=np.asarray(force, dtype=float),
+            peak_force=np.maximum(state.peak_force, force),
+            crashed=state.crashed | np.asarray(forbidden, dtype=bool),
+            height=height,
+            entries=entries,
+            capture=capture,
+        )
+        return following, closing
+
+    def _aperture(
+        self, state: DockingState, view: DockingView, time: Array
+    ) -> tuple[Array, Array, Array]:
+        """Height, entries and capture when the aperture is crossed from below (digest 7.0)."""
+        pose = view.aperture_pose
+        height = pose[..., 2]
+        # The closed loop arms the crossing at waypoint 2; an open policy has no waypoints.
+        armed = np.asarray(state.pilot.guidance.phase >= Phase.WAIT) | (not self.closed_loop)
+        plan = self.pilot.guidance.plan
+        within = np.all(np.abs(pose[..., :2]) <= np.asarray(plan.aperture), axis=-1)
+        crossed = armed & within & (state.height < 0) & (height >= 0)
+        entries, capture = state.entries + crossed, state.capture
+        first = crossed & np.isnan(capture[..., 0])
+        if np.any(first):
+            now = np.concatenate(
+                [
+                    (time - state.start_time)[..., None],
+                    frames.flip(pose),
+                    np.linalg.norm(view.relative_velocity[..., :3], axis=-1)[..., None],
+                    view.relative_energy[..., None],
+                ],
+                axis=-1,
+            )
+            capture = np.where(first[..., None], now, capture)
+        return height, entries, capture
+
+    def finished(self, state: DockingState, time: Array | float, latched: Flags) -> Flags:
+        """Where (...,) the vehicle has been latched for `hold` seconds (or has entered)."""
+        held = np.asarray(latched, dtype=bool) & (time - state.latch_time >= self.hold - 1e-9)
+        return held | (self.settings.end_at_capture & ~np.isnan(state.capture[..., 0]))
+
+    def signals(self, state: DockingState, view: DockingView, latched: Flags) -> dict[str, Array]:
+        """Signals (..., ...) for the log, by name; `signal_specs` describes them."""
+        phase = np.asarray(state.pilot.guidance.phase, dtype=float)
+        return {
+            "dock_error": view.error,
+            "relative_velocity": view.relative_velocity,
+            "target_ned": frames.flip(state.target),
+            "wrench_command": state.wrench,
+            "phase": phase if self.closed_loop else np.full_like(phase, np.nan),
+            "latched": np.asarray(latched, dtype=float),
+            "contact_force": state.force,
+        }
+
+    def summary(self, scenario: Scenario, state: DockingState, latched: bool) -> dict[str, Any]:
+        """Whether and how the vehicle of one simulation docked.
+
+        Args:
+            scenario: what was run.
+            state: of that simulation, shape ().
+            latched: whether its latch is closed.
+        """
+        values = dict(zip(CAPTURE, state.capture.tolist(), strict=True))
+        capture = None if np.isnan(values["time"]) else values
+        height, period = significant_height(scenario.sea)
+        return {
+            "docked": bool(latched),
+            "sea_state": {"H_s": height, "T_p": period, "number": scenario.sea.sea_state},
+            "capture": capture,
+            "capture_time": capture["time"] if capture else None,
+            "latch_time": float(state.latch_time - state.start_time) if latched else None,
+            "peak_contact_force": float(state.peak_force),
+            "forbidden_contact": bool(state.crashed),
+            "attempts": int(state.entries),
+            "controller": self.settings.controller if self.closed_loop else None,
+            "gains": self.settings.gain_set if self.closed_loop else None,
+        }
+
+
+def _controller(
+    scenario: Scenario, settings: DockingSettings, physics: DockingPhysics, limits: Limits
+) -> PosePid | Cpv:
+    """The controller that the settings ask for."""
+    period = scenario.control_period
+    statics = physics.hydrostatics(physics.vehicle, scenario.water_density)
+    if settings.controller == "cpv":
+        model = None
+        if settings.gain_set == "extended":
+            lag = physics.thruster_lag(physics.vehicle)
+            model = VehicleModel(physics.inertia(physics.vehicle), lag)
+        return Cpv.from_gains(cpv_gain_set(settings.gain_set), limits, period, statics, model)
+    error_limit = np.inf if settings.error_limit is None else settings.error_limit
+    return PosePid.from_name(settings.gain_set, limits, period, statics, error_limit)
