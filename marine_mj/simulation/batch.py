@@ -23,7 +23,7 @@ from marine_mj.scene import body_settings, build_scene, compile_scene, main_bodi
 from marine_mj.simulation.recorder import RAW, VEHICLE, versions
 from marine_mj.simulation.runner import plain, run
 from marine_mj.tasks import DOMAINS
-from marine_mj.tasks.base import Mission
+from marine_mj.tasks.base import Flags, Mission
 from marine_mj.tasks.reader import BodyReader
 from marine_mj.weather import environment_of
 
@@ -312,9 +312,8 @@ class _Episode:
         self._limit = scenario.duration / (scenario.timestep * self._substeps)
         self._stride = decimation * round(scenario.log_period / scenario.control_period)
         self._period = self._substeps * scenario.timestep
-        sensor = int(first.sensor(t_.CONTACT_SENSOR).adr[0])
-        contacts = self._batch.bind("sensordata")
-        self._force, self._forbidden = contacts[:, sensor], contacts[:, sensor + 1]
+        self._sensor = int(first.sensor(t_.CONTACT_SENSOR).adr[0])
+        self._contacts = np.zeros((len(self._models), self._substeps, first.nsensordata))
         self._qpos, self._qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
         self._time, self._ctrl = self._batch.bind("time"), self._batch.bind("ctrl")
         self._closed = self._batch.bind("eq_active")
@@ -359,7 +358,7 @@ class _Episode:
             commands, state = mission.command(state, view, latched)
             reasons = self._bad_commands(ids, commands)
             self._ctrl[ids] = commands
-            force, failed = self._step(ids)
+            force, forbidden, failed = self._step(ids)
             reasons = failed | reasons
             steps += 1
             if reasons:
@@ -369,16 +368,14 @@ class _Episode:
                     closed = bool(latched[place])
                     rows[i] = self._row(i, trees.take(state, place), closed, steps, reasons[i])
                 finished(int((~keep).sum()))
-                ids, force = ids[keep], force[keep]
+                ids, force, forbidden = ids[keep], force[keep], forbidden[keep]
                 state, latched = trees.take(state, keep), latched[keep]
                 mission = self._mission(ids)
                 if not ids.size:
                     break
             view = mission.view(self._qpos[ids], self._qvel[ids])
             time = self._time[ids]
-            state, closing = mission.observe(
-                state, view, time, latched, force, self._forbidden[ids] > 0
-            )
+            state, closing = mission.observe(state, view, time, latched, force, forbidden)
             if closing.any():
                 self._close(mission, view, ids, closing)
                 latched = self._latched(mission, ids)
@@ -403,34 +400,33 @@ class _Episode:
         """One mission for the runs that still go on."""
         return trees.stack([self._missions[i] for i in ids]) if ids.size else self._missions[0]
 
-    def _latched(self, mission: Mission, ids: Ids) -> NDArray[np.bool_]:
+    def _latched(self, mission: Mission, ids: Ids) -> Flags:
         """Where (n,) the first weld of the mission is closed."""
         if not mission.welds:
             return np.zeros(ids.shape, dtype=bool)
         return self._closed[ids, mission.welds[0]] > 0
 
-    def _close(self, mission: Mission, view: Any, ids: Ids, closing: NDArray[np.bool_]) -> None:
+    def _close(self, mission: Mission, view: Any, ids: Ids, closing: Flags) -> None:
         """Close the weld in the present pose."""
         weld, held = mission.welds[0], view.weld
         for place in np.flatnonzero(closing):
             self._models[ids[place]].eq_data[weld, :10] = held[place]
         self._closed[ids[closing], weld] = 1.0
 
-    def _step(self, ids: Ids) -> tuple[Array, dict[int, str]]:
-        """One control period: largest contact force (n,) in it, and why runs failed."""
-        force = np.zeros(ids.shape)
+    def _step(self, ids: Ids) -> tuple[Array, Flags, dict[int, str]]:
+        """One control period: largest contact force (n,) in it, forbidden contact, failures."""
         reasons: dict[int, str] = {}
-        for _ in range(self._substeps):
-            try:
-                self._batch.step(ids)
-            except batch.SimulationError as error:
-                reasons |= {int(i): self._batch.error(int(i)) for i in error.ids}
-            force = np.maximum(force, self._force[ids])
+        out = {"sensordata": self._contacts[: len(ids)]}
+        try:
+            self._batch.rollout(self._substeps, record=("sensordata",), ids=ids, out=out)
+        except batch.SimulationError as error:
+            reasons |= {int(i): self._batch.error(int(i)) for i in error.ids}
+        force = self._contacts[: len(ids), :, self._sensor].max(axis=1)
         warned = (self._batch.warning[ids][:, _WARNINGS, 1] > 0).any(axis=1)
         finite = np.isfinite(self._qpos[ids]).all(axis=1) & np.isfinite(self._qvel[ids]).all(axis=1)
         for i in ids[warned | ~finite]:
             reasons.setdefault(int(i), self._reason(int(i)))
-        return force, reasons
+        return force, self._contacts[: len(ids), -1, self._sensor + 1] > 0, reasons
 
     def _bad_commands(self, ids: Ids, commands: Array) -> dict[int, str]:
         """Why runs fail whose commands are not finite; they get zeros."""
@@ -473,9 +469,7 @@ class _Episode:
             }
         )
 
-    def _sample(
-        self, mission: Mission, state: Any, view: Any, latched: NDArray[np.bool_], ids: Ids
-    ) -> None:
+    def _sample(self, mission: Mission, state: Any, view: Any, latched: Flags, ids: Ids) -> None:
         """Keep the present signals of the runs that go on."""
         if not self._record:
             return
