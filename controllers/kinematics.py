@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from marine_mj import frames
-from marine_mj.frames import Array
+from marine_mj.frames import Array, cross
 
 
 def rotate(rotation: Array, vector: Array) -> Array:
@@ -20,7 +20,7 @@ def rotate(rotation: Array, vector: Array) -> Array:
 
 def unrotate(rotation: Array, vector: Array) -> Array:
     """Vectors (..., 3) turned by the transposed rotation matrices (..., 3, 3)."""
-    return frames.apply(np.swapaxes(rotation, -1, -2), vector)
+    return frames.apply_transposed(rotation, vector)
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class RigidState:
         """
         offset = np.asarray(offset, dtype=float)
         v, w = self.velocity[..., :3], self.velocity[..., 3:]
-        v = v + _cross(w, offset)
+        v = v + cross(w, offset)
         attitude = self.quaternion
         if quaternion is not None:
             relative = frames.rotation_from_quaternion(quaternion)
@@ -105,7 +105,7 @@ def body_acceleration(body: RigidState, acceleration: Array | float) -> Array:
     """
     acceleration = np.broadcast_to(np.asarray(acceleration, dtype=float), body.velocity.shape)
     v, w = body.velocity[..., :3], body.velocity[..., 3:]
-    linear = unrotate(body.rotation, acceleration[..., :3]) - _cross(w, v)
+    linear = unrotate(body.rotation, acceleration[..., :3]) - cross(w, v)
     return np.concatenate([linear, unrotate(body.rotation, acceleration[..., 3:])], axis=-1)
 
 
@@ -156,7 +156,7 @@ def acceleration_at(body: RigidState, acceleration: Array, point: Array) -> Arra
     arm = point - body.position
     spin = rotate(body.rotation, body.velocity[..., 3:])
     turning = acceleration[..., 3:]
-    linear = acceleration[..., :3] + _cross(turning, arm) + _cross(spin, _cross(spin, arm))
+    linear = acceleration[..., :3] + cross(turning, arm) + cross(spin, cross(spin, arm))
     return np.concatenate([linear, turning], axis=-1)
 
 
@@ -165,14 +165,3 @@ def heading_quaternion(heading: Array) -> Array:
     half = 0.5 * np.asarray(heading, dtype=float)
     zero = np.zeros_like(half)
     return np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1)
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """Cross product (..., 3); faster than numpy.cross on single vectors."""
-    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
-    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    product[..., 0] = ay * bz - az * by
-    product[..., 1] = az * bx - ax * bz
-    product[..., 2] = ax * by - ay * bx
-    return product

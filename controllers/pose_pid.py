@@ -11,7 +11,7 @@ from marine_mj.controllers.kinematics import RigidState, pose_error, unrotate
 from marine_mj.controllers.pid import Limits, Pid, PidGains, PidState
 
 from marine_mj.errors import ScenarioError
-from marine_mj.frames import Array, flip
+from marine_mj.frames import Array, cross, flip
 
 #: Wrench limits of the Scout [X, Y, Z, K, M, N], FRD, N and N m (digest 3.1 and 3.4).
 SCOUT_WRENCH_LOW_FRD = np.array([-152.0, -68.0, -68.0, -5.0, -20.0, -20.0])
@@ -78,7 +78,7 @@ class Hydrostatics:
         weight, buoyancy = (np.asarray(v)[..., None] for v in (self.weight, self.buoyancy))
         force = (weight - buoyancy) * up
         arm = weight * self.center_of_gravity - buoyancy * self.center_of_buoyancy
-        return np.concatenate([force, np.cross(arm, up)], axis=-1)
+        return np.concatenate([force, cross(arm, up)], axis=-1)
 
 
 @dataclass(frozen=True)

@@ -142,7 +142,7 @@ class DockingView:
         g = self._geometry
         nu = relative_velocity(self.vehicle, self.dock[0])
         turn = nu[..., 3:]
-        at_center = nu[..., :3] + np.cross(turn, g.center)
+        at_center = nu[..., :3] + frames.cross(turn, g.center)
         linear = g.mass * np.sum(at_center**2, axis=-1)
         return 0.5 * (linear + np.sum(turn * rotate(g.inertia, turn), axis=-1))
 
