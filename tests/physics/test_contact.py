@@ -153,3 +153,32 @@ def test_weld_gives_way_like_that_of_a_natively_heavier_body():
     # measured equal to 1e-14; 100 N pull the weld open by 69 mm
     assert poses[0][0] > 0.01
     np.testing.assert_allclose(poses[0], poses[1], atol=1e-10)
+
+
+def test_contact_sensor_sums_what_mujoco_reports():
+    """The native sum of normal forces and forbidden contacts against mj_contactForce."""
+    from marine_mj.hydrodynamics.table import CONTACT_SENSOR
+    from marine_mj.scenario import Scenario
+    from marine_mj.scene import compile_scene
+
+    calm = {"sea.spectrum": "none", "sea.sea_state": None, "sea.spreading": None}
+    # the vehicle sits in the hull of the carrier: pads, forks and the forbidden bottom are touched
+    calm["vehicles.auv.position_ned"] = [10.0, 0.3, 0.2]
+    model = compile_scene(Scenario.load("docking_demo").with_values(calm)).model
+    data = mujoco.MjData(model)
+    address = int(model.sensor(CONTACT_SENSOR).adr[0])
+    most = 0
+    for _ in range(20):
+        mujoco.mj_step(model, data)
+        total, forbidden, wrench = 0.0, 0, np.zeros(6)
+        for number in range(data.ncon):
+            first, second = data.contact[number].geom
+            roots = model.body_rootid[model.geom_bodyid[[first, second]]]
+            mujoco.mj_contactForce(model, data, number, wrench)
+            total += abs(wrench[0]) if roots[0] != roots[1] else 0.0
+            names = (model.geom(int(g)).name.split("/")[-1] for g in (first, second))
+            forbidden += any(name.startswith("forbidden_") for name in names)
+        assert data.sensordata[address] == pytest.approx(total, rel=1e-12)
+        assert data.sensordata[address + 1] == forbidden
+        most = max(most, forbidden)
+    assert most > 0

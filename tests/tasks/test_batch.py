@@ -1,0 +1,158 @@
+"""Batch runner: the same bits as the dm_control runner, failures as rows."""
+
+import numpy as np
+import pytest
+
+from marine_mj.errors import ScenarioError
+from marine_mj.scenario import Scenario
+from marine_mj.simulation import run, run_batch
+
+SHORT = Scenario.load("docking_demo").with_values({"duration": 1.0})
+TIMES = ("wall_time", "real_time_factor", "versions")
+
+
+def row_of(log):
+    return {key: value for key, value in log.summary.items() if key not in TIMES}
+
+
+def without_time(row):
+    return {key: value for key, value in row.items() if key not in TIMES}
+
+
+#: From waypoint 1 in small waves, with a wide latch: docked within 14 s.
+QUICK = Scenario.load("docking_demo").with_values(
+    {
+        "sea.sea_state": 1,
+        "duration": 20.0,
+        "vehicles.auv.position_ned": [9.0, 0.0, 3.8],
+        "vehicles.auv.heading_deg": 0.0,
+        "task.settings.hold": 0.5,
+        "task.settings.latch": {"position": 0.1, "speed": 0.3, "dwell": 0.2},
+        "task.settings.plan.wait_depth": 0.5,
+    }
+)
+
+
+@pytest.fixture(scope="module")
+def docking():
+    """Dockings with contact, latch and different ends, in one batch."""
+    variations = [
+        {"seed": 1, "current.speed": 0.05},
+        {"seed": 3, "task.settings.plan.push": 60.0, "sea.sea_state": 2},
+        {"seed": 5},
+    ]
+    record = ("qpos", "qvel", "act", "ctrl", "eq_active", "eta_ned", "dock_error", "contact_force")
+    return variations, record, run_batch(QUICK, variations, record=record)
+
+
+def test_batch_gives_the_bits_of_the_dm_control_runner(docking):
+    variations, record, result = docking
+    assert all(row["docked"] for row in result.rows)
+    assert len({row["simulated_time"] for row in result.rows}) == 3
+    assert max(row["peak_contact_force"] for row in result.rows) > 100
+    for number, changes in enumerate(variations):
+        log = run(QUICK.with_values(changes))
+        assert without_time(result.rows[number]) == row_of(log)
+        on_grid = np.isin(np.round(log.data["time"], 6), np.round(result.signals["time"], 6))
+        for name in record:
+            single = log.data[name].values[on_grid]
+            together = result.signals[name].values[number]
+            np.testing.assert_array_equal(single, together[: len(single)], err_msg=name)
+            assert np.isnan(together[len(single) :]).all(), name
+
+
+def test_threads_and_grouping_do_not_change_a_bit(docking, monkeypatch):
+    variations, record, result = docking
+    monkeypatch.setattr("marine_mj.simulation.batch.BLOCK", 2)
+    other = run_batch(QUICK, variations, record=record, threads=2)
+    assert [*map(without_time, other.rows)] == [*map(without_time, result.rows)]
+    assert other.signals.equals(result.signals)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"task.settings.controller": "pose_pid", "task.settings.gains": "extended"},
+        {"task.settings.gains": "reference"},
+        {"task.name": "dock_open"},
+        {"task.settings.random_start_time": True, "task.settings.start_spread": 0.3},
+        {"vehicles.usv.motion": "rao", "vehicles.auv.planar": True, "sea.spreading": None},
+        {"integrator": "RK4"},
+    ],
+)
+def test_every_controller_and_mode_gives_the_same_bits(changes):
+    base = SHORT.with_values({"duration": 0.4, **changes})
+    result = run_batch(base, n=2, record=("qpos", "qvel"))
+    for number in range(2):
+        log = run(base.with_values({"seed": base.seed + number}))
+        np.testing.assert_array_equal(log.data["qpos"], result.signals["qpos"][number])
+        np.testing.assert_array_equal(log.data["qvel"], result.signals["qvel"][number])
+        assert without_time(result.rows[number]) == row_of(log)
+
+
+def test_runs_that_cannot_share_a_batch_keep_their_order():
+    variations = [
+        {"seed": 1},
+        {"seed": 2, "task.settings.controller": "pose_pid", "task.settings.gains": "extended"},
+        {"seed": 3, "sea.components": 30},
+        {"seed": 4, "vehicles.auv.actuation": "wrench"},
+        {"seed": 5, "duration": 0.3},
+    ]
+    base = SHORT.with_values({"duration": 0.2})
+    seen = []
+    result = run_batch(base, variations, progress=lambda done, total: seen.append((done, total)))
+    assert [row["seed"] for row in result.rows] == [1, 2, 3, 4, 5]
+    assert [row["simulated_time"] for row in result.rows] == [0.2, 0.2, 0.2, 0.2, 0.3]
+    assert result.rows[1]["controller"] == "pose_pid"
+    assert seen[-1] == (5, 5)
+    for row, changes in zip(result.rows, variations, strict=True):
+        assert without_time(row) == row_of(run(base.with_values(changes)))
+
+
+def test_a_run_that_diverges_is_a_row_and_the_others_go_on():
+    base = SHORT.with_values({"duration": 0.4, "sea.sea_state": 2})
+    explosive = {"seed": 2, "vehicles.auv.velocity_frd": [1e12, 0, 0, 0, 0, 0]}
+    result = run_batch(base, [{"seed": 1}, explosive, {"seed": 3}], record=("qpos",))
+    assert [row["error"] is None for row in result.rows] == [True, False, True]
+    assert "diverged at t =" in result.rows[1]["error"]
+    assert result.rows[1]["simulated_time"] < 0.4
+    np.testing.assert_array_equal(
+        result.signals["qpos"][2], run(base.with_values({"seed": 3})).data["qpos"]
+    )
+
+
+def test_a_run_that_cannot_start_is_a_row():
+    steep = {"sea.sea_state": None, "sea.significant_wave_height": 9.0, "sea.peak_period": 3.0}
+    result = run_batch(SHORT.with_values({"duration": 0.1}), [{"seed": 1}, steep])
+    assert result.rows[0]["error"] is None
+    assert "it would break" in result.rows[1]["error"]
+
+
+def test_a_command_that_is_no_number_fails_its_run_only(monkeypatch):
+    from marine_mj.tasks.docking_mission import DockingMission
+
+    sound = DockingMission.command
+
+    def broken(self, state, view, latched, action=None):
+        commands, state = sound(self, state, view, latched, action)
+        if len(latched) == 2:
+            commands[1, 0] = np.nan
+        return commands, state
+
+    monkeypatch.setattr(DockingMission, "command", broken)
+    result = run_batch(SHORT.with_values({"duration": 0.1}), n=2)
+    assert result.rows[0]["error"] is None
+    assert "actuator 'auv/thruster_1' is nan" in result.rows[1]["error"]
+
+
+def test_refusals_name_the_run_and_what_there_is():
+    with pytest.raises(ScenarioError, match=r"run 1 with .*sea_stat"):
+        run_batch(SHORT, [{"seed": 1}, {"sea.sea_stat": 3}])
+    with pytest.raises(ScenarioError, match="needs variations, or n >= 1"):
+        run_batch(SHORT)
+    with pytest.raises(ScenarioError, match="n = 3 but there are 1 variations"):
+        run_batch(SHORT, [{}], 3)
+    with pytest.raises(ScenarioError, match="threads = 0"):
+        run_batch(SHORT, n=1, threads=0)
+    with pytest.raises(ScenarioError, match="'speed' does not exist; available: qpos"):
+        run_batch(SHORT, n=1, record=("speed",))
