@@ -141,6 +141,9 @@ class Vehicle(Settings):
         convective: convective part of the water's acceleration.
         strips: wave forces along the length instead of at the origin only.
         constant_buoyancy: full buoyancy even above the surface.
+        scale: factors on the vehicle's `mass` (with its inertia) and on any of its hydrodynamic
+            quantities by name without the frame, e.g. {added_mass = 1.1, displaced_volume = 0.99}: the
+            uncertainty of a model. Controllers know the vehicle without them.
     """
 
     model: str
@@ -157,6 +160,7 @@ class Vehicle(Settings):
     convective: bool = True
     strips: bool = True
     constant_buoyancy: bool = False
+    scale: dict[str, Positive] = Field(default_factory=dict)
 
 
 class TaskChoice(Settings):
@@ -258,6 +262,14 @@ class Scenario(Settings):
     def to_toml(self) -> str:
         """TOML text that `from_toml` reads back to an equal scenario."""
         return toml.dump(self.model_dump())
+
+    @property
+    def nominal(self) -> "Scenario":
+        """The scenario as controllers know it: without the factors of `Vehicle.scale`."""
+        changes: dict[str, Any] = {
+            f"vehicles.{name}.scale": {} for name, v in self.vehicles.items() if v.scale
+        }
+        return self.with_values(changes) if changes else self
 
     def with_values(self, changes: dict[str, Any]) -> "Scenario":
         """A validated copy with values replaced by dotted keys, such as `sea.sea_state`."""

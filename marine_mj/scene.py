@@ -207,6 +207,7 @@ def _asset(xml: Path, folder: str, file: str) -> Path:
 def _attach_vehicle(spec: mujoco.MjSpec, instance: str, vehicle: Vehicle) -> None:
     """Attach one vehicle at its start pose."""
     child = _load(vehicle.model)
+    _scale(child, instance, vehicle)
     position, quaternion = start_pose(vehicle)
     frame = spec.worldbody.add_frame(pos=position, quat=quaternion)
     spec.attach(child, frame=frame, prefix=f"{instance}/")
@@ -231,6 +232,29 @@ def _attach_vehicle(spec: mujoco.MjSpec, instance: str, vehicle: Vehicle) -> Non
             body.add_joint(name=f"{instance}/{name}", type=kind, axis=axis)
     if vehicle.actuation == "wrench":
         _replace_actuators(spec, instance, vehicle, body)
+
+
+def _scale(child: mujoco.MjSpec, instance: str, vehicle: Vehicle) -> None:
+    """Apply the factors of a vehicle's `scale` to its root body."""
+    body = child.worldbody.first_body()
+    known: dict[str, list[Any]] = {}
+    for numeric in child.numerics:
+        owner, _, quantity = numeric.name.partition(".")
+        if body is not None and owner == body.name:
+            known.setdefault(quantity.removesuffix("_frd").removesuffix("_flu"), []).append(numeric)
+    for quantity, factor in vehicle.scale.items():
+        if quantity == "mass":
+            body.mass = factor * body.mass
+            body.inertia = factor * np.asarray(body.inertia)
+            body.fullinertia = factor * np.asarray(body.fullinertia)
+        elif quantity in known:
+            for numeric in known[quantity]:
+                numeric.data = factor * np.asarray(numeric.data)
+        else:
+            raise ModelError(
+                f"vehicles.{instance}.scale names {quantity!r}; {vehicle.model!r} has mass, "
+                f"{', '.join(known)}"
+            )
 
 
 def _replace_actuators(spec: mujoco.MjSpec, instance: str, vehicle: Vehicle, body: Any) -> None:

@@ -149,6 +149,12 @@ def _groups(scenarios: Sequence[Scenario]) -> list[list[int]]:
     return list(groups.values())
 
 
+def _key(scenario: Scenario) -> str:
+    """What a compiled scene depends on, but for the weather in its table."""
+    values = {k: v for k, v in scenario.model_dump().items() if k not in _WEATHER}
+    return json.dumps(values, sort_keys=True)
+
+
 def _shape(value: Any) -> Any:
     """A value with its floats left out; times that a whole batch shares are kept."""
     if isinstance(value, dict):
@@ -216,12 +222,11 @@ class _Block:
     record: Sequence[str]
     decimation: int
     prototypes: dict[str, _Prototype] = field(default_factory=dict)
+    missions: dict[str, Mission] = field(default_factory=dict)
 
     def _prepare(self, scenario: Scenario) -> Prepared:
         """Compiled scene and mission of one run."""
-        values = {k: v for k, v in scenario.model_dump().items() if k not in _WEATHER}
-        key = json.dumps(values, sort_keys=True)
-        prototype = self.prototypes.get(key)
+        prototype = self.prototypes.get(key := _key(scenario))
         environment = environment_of(scenario)
         if prototype is None:
             model = compile_scene(scenario, environment, visual=False).model
@@ -230,7 +235,7 @@ class _Block:
                 model,
                 hydrodynamics.read_coefficients(spec),
                 body_settings(scenario, spec),
-                DOMAINS[scenario.task.domain].mission(scenario, model),
+                self._mission(scenario, model),
             )
             self.prototypes[key] = prototype
             return copy.copy(model), prototype.mission

@@ -60,9 +60,7 @@ class Docking(MarineTask):
     def initialize_episode(self, physics: DockingPhysics) -> None:
         """Place the vehicles, open the latch and forget the last episode."""
         if self._mission is None:
-            self._mission = DockingMission.of(
-                self.scenario, self.settings, physics, self.closed_loop
-            )
+            self._mission = _mission(self.scenario, self.settings, physics)
         self.mission.place(self.scenario, physics.model.ptr, physics.data.ptr, self.random)
         self._state = self.mission.initial(physics.data.time)
 
@@ -161,7 +159,16 @@ def mission(scenario: Scenario, model: mujoco.MjModel) -> DockingMission:
     Raises:
         ScenarioError: a setting of the task is unknown or not allowed.
     """
-    settings, physics = _settings(scenario), DockingPhysics.from_mjmodel(model)
+    return _mission(scenario, _settings(scenario), DockingPhysics.from_mjmodel(model))
+
+
+def _mission(
+    scenario: Scenario, settings: DockingSettings, physics: DockingPhysics
+) -> DockingMission:
+    """Mission whose controller knows the vehicle without the factors of the scenario's scales."""
+    nominal = scenario.nominal
+    if nominal is not scenario:
+        physics = DockingPhysics.from_mjmodel(compile_scene(nominal, visual=False).model)
     return DockingMission.of(scenario, settings, physics, _closed_loop(scenario))
 
 

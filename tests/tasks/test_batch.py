@@ -156,3 +156,16 @@ def test_refusals_name_the_run_and_what_there_is():
         run_batch(SHORT, n=1, threads=0)
     with pytest.raises(ScenarioError, match="'speed' does not exist; available: qpos"):
         run_batch(SHORT, n=1, record=("speed",))
+
+
+def test_a_model_with_other_coefficients_differs_run_by_run_and_the_controller_does_not_know():
+    base = SHORT.with_values({"duration": 0.4, "sea.sea_state": 1})
+    heavy = {"vehicles.auv.scale": {"mass": 1.1, "added_mass": 0.8, "displaced_volume": 1.01}}
+    result = run_batch(base, [{"seed": 1}, {"seed": 1, **heavy}], record=("qpos", "wrench_command"))
+    depth = result.signals["qpos"][:, -1, 9].values
+    assert depth[1] < depth[0] - 1e-3  # 6 kg too heavy and not known to the controller: it sinks
+    np.testing.assert_array_equal(*result.signals["wrench_command"][:, 0].values)
+    log = run(base.with_values({"seed": 1, **heavy}))
+    np.testing.assert_array_equal(log.data["qpos"], result.signals["qpos"][1])
+    wrong = run_batch(base, [{"vehicles.auv.scale": {"weight": 1.1}}]).rows[0]
+    assert "'weight'; 'scout' has mass, added_mass" in wrong["error"]
