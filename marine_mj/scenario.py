@@ -142,7 +142,7 @@ class Vehicle(Settings):
         strips: wave forces along the length instead of at the origin only.
         constant_buoyancy: full buoyancy even above the surface.
         scale: factors on the vehicle's `mass` (with its inertia) and on any of its hydrodynamic
-            quantities by name without the frame, e.g. {added_mass = 1.1, displaced_volume = 0.99}: the
+            quantities by name without the frame, e.g. {added_mass = 1.1, strip_drag = 0.9}: the
             uncertainty of a model. Controllers know the vehicle without them.
     """
 

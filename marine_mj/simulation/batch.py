@@ -248,6 +248,13 @@ class _Block:
             model = compile_scene(scenario, environment, visual=False).model
         return model, prototype.mission
 
+    def _mission(self, scenario: Scenario, model: mujoco.MjModel) -> Mission:
+        """Mission of a run; scales of the vehicles' coefficients do not change it."""
+        key = _key(scenario.nominal)
+        if key not in self.missions:
+            self.missions[key] = DOMAINS[scenario.task.domain].mission(scenario, model)
+        return self.missions[key]
+
     def run(self, finished: Callable[[int], None]) -> tuple[list[dict[str, Any]], list[Signals]]:
         """Rows and recorded signals of all runs."""
         begin = clock.perf_counter()
