@@ -173,7 +173,8 @@ def fit_gamma(x: ArrayLike) -> GammaFit:
         x: (..., n) samples > 0, n >= 2; each row along the last axis is fitted by itself.
 
     Raises:
-        AnalysisError: n < 2, a value is not finite or not > 0, or all values of a sample are equal.
+        AnalysisError: n < 2, a value is not finite or not > 0, or the values of a sample are equal
+            to within 4.5e-6 of their mean.
     """
     values = check.sample("x", x, 2)
     if (values <= 0).any():
@@ -184,12 +185,16 @@ def fit_gamma(x: ArrayLike) -> GammaFit:
     _check_spread(values)
     n = values.shape[-1]
     mean, log_mean = values.mean(axis=-1), np.log(values).mean(axis=-1)
-    # Taken relative to the mean, so that values close together keep their digits.
-    s = -np.log1p((values - mean[..., None]) / mean[..., None]).mean(axis=-1)
-    if (s <= 0).any():
+    # Relative to the mean, and by log1p near it, so that values close together keep their digits.
+    delta = (values - mean[..., None]) / mean[..., None]
+    near = np.abs(delta) < 0.5
+    far = np.log(values / mean[..., None])
+    s = np.where(near, delta - np.log1p(np.where(near, delta, 0.0)), delta - far).mean(axis=-1)
+    if (s < 1e-11).any():  # below, the difference of ln and digamma has lost its digits
+        relative = np.sqrt(2 * max(s.min(), 0.0))
         raise AnalysisError(
-            "the values of x differ by less than rounding, allowed are samples that differ: "
-            "fit a normal distribution"
+            f"the values of x differ by {relative:.1g} of their mean, allowed is > 4.5e-6 for a "
+            "gamma distribution: fit a normal one"
         )
     alpha = (3 - s + np.sqrt((s - 3) ** 2 + 24 * s)) / (12 * s)  # within 1.5 % (Minka)
     for _ in range(8):

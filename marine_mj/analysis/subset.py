@@ -255,8 +255,8 @@ def subset_simulation(
     """Probability that `score(u) >= threshold` for standard normal u, also where it is tiny.
 
     Level by level the share p0 of samples with the highest scores starts Markov chains that stay
-    above (Au, Beck 2001). A probability p takes about `n (1 + (1 - p0) log p / log p0)`
-    evaluations, 3700 at 1e-4 with n = 1000, for a cov of about 0.3; cov falls as 1/sqrt(n).
+    above (Au, Beck 2001). It takes `n (1 + (1 - p0) J)` evaluations with J about log p / log p0
+    rounded down: 3700 for 2e-4 with n = 1000, where cov is 0.27; cov falls as 1/sqrt(n).
 
     "elliptical" proposes `sqrt(1 - s^2) u + s xi` (preconditioned Crank-Nicolson, Papaioannou et
     al. 2015), which does not depend on d or on the axes; s is steered to 44 % acceptance.
