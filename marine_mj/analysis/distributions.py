@@ -98,7 +98,11 @@ class NormalFit(_Fit):
         return check.plain(special.ndtr((np.asarray(x, dtype=float) - self.mean) / self.std))
 
     def quantile(self, p: ArrayLike) -> Any:
-        """Value below which a sample lies with probability p; see `_Fit.quantile`."""
+        """Value below which a sample lies with probability p; p broadcast with the parameters.
+
+        Raises:
+            AnalysisError: p outside (0, 1).
+        """
         return check.plain(self.mean + self.std * special.ndtri(check.probability("p", p)))
 
     def _draw(self, rng: np.random.Generator, i: tuple[int, ...], shape: tuple[int, int]) -> Array:
@@ -132,7 +136,11 @@ class GammaFit(_Fit):
         return check.plain(special.gammainc(self.shape, x / self.scale))
 
     def quantile(self, p: ArrayLike) -> Any:
-        """Value below which a sample lies with probability p; see `_Fit.quantile`."""
+        """Value below which a sample lies with probability p; p broadcast with the parameters.
+
+        Raises:
+            AnalysisError: p outside (0, 1).
+        """
         return check.plain(self.scale * special.gammaincinv(self.shape, check.probability("p", p)))
 
     def _draw(self, rng: np.random.Generator, i: tuple[int, ...], shape: tuple[int, int]) -> Array:

@@ -163,7 +163,7 @@ def sobol_indices(
 
     Args:
         function: metric (m,) of factor values (m, k); called once with all runs.
-        distributions: (k,) frozen `scipy.stats` distributions of independent factors.
+        distributions: (k,) one or more frozen `scipy.stats` distributions of independent factors.
         n: number of base points, a power of 2.
         confidence: between 0 and 1.
         resamples: bootstrap resamples for the intervals, >= 1.
@@ -179,6 +179,8 @@ def sobol_indices(
     resamples = check.whole("resamples", resamples, 1, "999 is enough for 95 %")
     level = check.level("confidence", confidence)
     k = len(distributions)
+    if not k:
+        raise AnalysisError("distributions is empty, allowed is one or more: name the factors")
     rng = check.generator(seed)
 
     # Columns A | B; AB_i is A with its i-th column from B.

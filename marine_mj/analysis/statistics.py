@@ -96,8 +96,8 @@ def bootstrap_interval(
         AnalysisError: an argument is out of range; the statistic is not finite; or "bca" cannot
             be formed, because the statistic does not change when one run is left out.
     """
-    values = np.asarray(x, dtype=float)
-    check.sample("x", values.reshape(len(values), -1).T if values.ndim > 1 else values, 2)
+    values = check.sample("x", x, 1)
+    check.sample("x", values.T, 2)  # the first axis counts the runs
     check.choice("method", method, get_args(BootstrapMethod))
     check.whole("resamples", resamples, 1, "9999 is enough for 95 %")
     check.level("confidence", confidence)

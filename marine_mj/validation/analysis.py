@@ -60,7 +60,7 @@ def rare_crest() -> Iterator[Row]:
     ]
     # The sea is linear in u: phasors at x = 10 m, t = 5 s of the unit vectors.
     phasor = np.array([(s.phasors(10, 0) * np.exp(-5j * s.omega)).sum() for s in seas])
-    sigma = np.linalg.norm(phasor.real)
+    sigma = float(np.linalg.norm(phasor.real))
     for name, score, a, p, source in (
         ("elevation > 4 sqrt(m0)", lambda u: u @ phasor.real, 4.0, stats.norm.sf(4.0), "Phi(-4)"),
         ("envelope > 4.6 sqrt(m0)", lambda u: np.abs(u @ phasor), 4.6, np.exp(-(4.6**2) / 2),
