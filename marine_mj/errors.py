@@ -35,3 +35,7 @@ class LogError(MarineMjError):
 
 class RenderError(MarineMjError):
     """Pictures cannot be made on this machine as it is."""
+
+
+class AnalysisError(MarineMjError):
+    """Samples or settings of a statistical analysis do not allow the answer asked for."""

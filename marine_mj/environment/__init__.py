@@ -18,7 +18,7 @@ from marine_mj.environment.current import (
 )
 from marine_mj.environment.dispersion import group_speed, phase_speed, wavenumber
 from marine_mj.environment.sea_states import SEA_STATES, SeaState, sea_state, uptime_percent
-from marine_mj.environment.seas import calm, irregular_sea, regular_wave
+from marine_mj.environment.seas import calm, gaussian_sea, irregular_sea, regular_wave
 from marine_mj.environment.series import gauss_markov
 from marine_mj.environment.spectra import (
     SPECTRA,
@@ -59,6 +59,7 @@ __all__ = [
     "docking_jonswap",
     "fluctuating_current",
     "gauss_markov",
+    "gaussian_sea",
     "group_speed",
     "gust_density",
     "gusty_wind",

@@ -1,11 +1,12 @@
-"""Seas as realised wave fields: calm water, one regular wave, irregular seas from spectra."""
+"""Seas as realised wave fields: calm water, a regular wave, irregular and Gaussian seas."""
 
 from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from marine_mj.environment import spectra
-from marine_mj.environment._checks import Seed, generator, number, one_of
+from marine_mj.environment._checks import Seed, array, generator, number, one_of
 from marine_mj.environment.dispersion import wavenumber
 from marine_mj.environment.spectra import Spectrum
 from marine_mj.environment.waves import Stretching, WaveField
@@ -118,15 +119,95 @@ def irregular_sea(
         SeaError: an argument is out of range, or the sea is steeper than breaking.
     """
     one_of("sampling", sampling, get_args(Sampling))
+    count = _components(components, 100 if sampling == "random_in_bin" else 50)
+    source = _spectrum(spectrum, H_s, T_p, gamma, gravity)
+    parts = _realise(
+        source, direction, count, seed, sampling, frequency_range, spreading, depth, gravity
+    )
+    if parts is None:
+        return calm(depth, gravity)
+    omega, k, angle, variance, phase = parts
+    return WaveField(omega, k, angle, np.sqrt(2 * variance), phase, depth, gravity, stretching)
+
+
+def gaussian_sea(
+    u: ArrayLike,
+    H_s: float | None = None,
+    T_p: float | None = None,
+    *,
+    direction: float = 0.0,
+    spectrum: str | Spectrum = "jonswap",
+    gamma: float = 3.3,
+    seed: Seed = 0,
+    sampling: Sampling = "random_in_bin",
+    frequency_range: tuple[float, float] | None = None,
+    spreading: float | None = None,
+    depth: float = np.inf,
+    gravity: float = 9.81,
+    stretching: Stretching = "constant",
+) -> WaveField:
+    """Gaussian sea with the standard normals `u` as its randomness: N components from 2 N numbers.
+
+    The phasor of component i at the origin is `a_i exp(j phase_i) = s_i (u_i + j u_{N+i})`, s_i^2
+    the variance of its bin: amplitudes are Rayleigh distributed, phases uniform (Rice 1944; Tucker
+    et al. 1984). With standard normal u every elevation is exactly normal with variance m0, for any
+    N, which the fixed amplitudes of `irregular_sea` give for N -> inf only. The sea depends
+    smoothly on u, so that rare events can be searched in the space of seas
+    (`marine_mj.analysis.subset_simulation` with 2 N dimensions).
+
+    Frequencies and directions do not belong to u: they are those of `irregular_sea` with the same
+    `seed` and N components, and stay when u varies.
+
+    Args:
+        u: (2 N,) standard normals, N from 1 to 500.
+        H_s: significant wave height of the spectrum, m, >= 0; 0 gives calm water. The m0 of a
+            single sea scatters about that of the spectrum, with the cov sqrt(sum s_i^4) / m0.
+        seed: of the frequencies and directions: integer >= 0, SeedSequence or Generator (a
+            Generator gives other frequencies at each call).
+        T_p, direction, spectrum, gamma, sampling, frequency_range, spreading, depth, gravity,
+            stretching: as `irregular_sea`.
+
+    Raises:
+        SeaError: u has an odd length or a value that is not finite, an argument is out of range,
+            or a sea of this height and period would break.
+    """
+    one_of("sampling", sampling, get_args(Sampling))
+    numbers = array("u", u, ("2 N",), "")
+    if len(numbers) % 2:
+        raise SeaError(
+            f"u has {len(numbers)} values, allowed are even numbers: two for each component"
+        )
+    count = _components(len(numbers) // 2, 0)
+    source = _spectrum(spectrum, H_s, T_p, gamma, gravity)
+    parts = _realise(
+        source, direction, count, seed, sampling, frequency_range, spreading, depth, gravity
+    )
+    if parts is None:
+        return calm(depth, gravity)
+    omega, k, angle, variance, _ = parts
+    phasor = np.sqrt(variance) * (numbers[:count] + 1j * numbers[count:])
+    return WaveField(omega, k, angle, np.abs(phasor), np.angle(phasor), depth, gravity, stretching)
+
+
+def _realise(
+    source: Spectrum,
+    direction: float,
+    count: int,
+    seed: Seed,
+    sampling: Sampling,
+    frequency_range: tuple[float, float] | None,
+    spreading: float | None,
+    depth: float,
+    gravity: float,
+) -> tuple[Array, Array, Array, Array, Array] | None:
+    """omega, k, direction, variance and phase (N,) of the components, None for calm water."""
     direction = number("direction", direction, "rad", "give the direction of travel, NWU")
     if spreading is not None:
         number("spreading", spreading, "", "5 to 15 for wind sea, None for long crests", above=0)
     rng = generator(seed)
-    source = _spectrum(spectrum, H_s, T_p, gamma, gravity)
-    count = _components(components, 100 if sampling == "random_in_bin" else 50)
     low, high = _range(source, sampling, frequency_range)
     if source.H_s == 0:
-        return calm(depth, gravity)
+        return None
     peak_k = float(wavenumber(2 * np.pi / source.T_p, depth, gravity))
     _check_steepness("H_s", source.H_s, "T_p", source.T_p, peak_k, depth)
 
@@ -145,8 +226,7 @@ def irregular_sea(
     angle: Array = np.full(count, direction)
     if spreading is not None:
         angle = angle + spectra.spreading_quantile(rng.uniform(size=count), spreading)
-    k = wavenumber(omega, depth, gravity)
-    return WaveField(omega, k, angle, np.sqrt(2 * variance), phase, depth, gravity, stretching)
+    return omega, wavenumber(omega, depth, gravity), angle, variance, phase
 
 
 def _spectrum(

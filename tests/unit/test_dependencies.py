@@ -17,6 +17,7 @@ FORBIDDEN = {
     ),
     "marine_mj/hydrodynamics": ("dm_control", "marine_mj.tasks", "marine_mj.simulation"),
     "marine_mj/environment": ("mujoco", "dm_control", "marine_mj.tasks", "marine_mj.simulation"),
+    "marine_mj/analysis": ("mujoco", "dm_control", "marine_mj.tasks", "marine_mj.simulation"),
     "marine_mj/tasks": ("marine_mj.cli", "marine_mj.simulation"),
 }
 
