@@ -6,13 +6,15 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from multiprocessing import get_context
 
 import mujoco
 import numpy as np
 from mujoco import batch
 
-from marine_mj import scene
+from marine_mj import scene, simulation
 from marine_mj.environment import Environment, irregular_sea
 from marine_mj.hydrodynamics import load, start_in_waves
 from marine_mj.library import find_model
@@ -166,6 +168,40 @@ def _batch() -> list[Row]:
     ]
 
 
+#: Runs of the docking campaign per process, and their length, s.
+CAMPAIGN_RUNS, CAMPAIGN_DURATION = 120, 25.0
+
+
+def _campaign_runs(first: int) -> float:
+    """Seconds that a process takes for its runs, its kernels loaded before."""
+    base = Scenario.load("docking_demo").with_values({"duration": CAMPAIGN_DURATION})
+    simulation.run_batch(base.with_values({"duration": 0.1}), n=1)
+    begin = time.perf_counter()
+    simulation.run_batch(base, [{"seed": first + i} for i in range(CAMPAIGN_RUNS)])
+    return time.perf_counter() - begin
+
+
+def _campaign() -> list[Row]:
+    """Docking runs on 2 processes, and one after the other in the dm_control runner.
+
+    Sea state 4, 100 components, 5 ms, 100 Hz control, contacts on; the runs start far from the
+    dock, so a quarter of each is in or near it. Scaled to runs of 100 s.
+    """
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        slower = max(pool.map(_campaign_runs, (0, CAMPAIGN_RUNS)))
+    per_run = slower / (2 * CAMPAIGN_RUNS) * 100.0 / CAMPAIGN_DURATION
+    begin = time.perf_counter()
+    log = simulation.run(Scenario.load("docking_demo").with_values({"duration": CAMPAIGN_DURATION}))
+    alone = (time.perf_counter() - begin) * 100.0 / log.summary["simulated_time"]
+    case, minutes = "docking_campaign", 1000 * per_run / 60
+    return [
+        Row(case, "runs_of_100_s_per_minute", 60 / per_run, "1/min"),
+        Row(case, "ratio_to_single_runner", alone / per_run, "1"),
+        Row(case, "ratio_to_10_s_per_run", 10.0 / per_run, "1"),
+        _at_most(case, "minutes_for_1000_runs_of_100_s", minutes, "min", 6.0),
+    ]
+
+
 def _first_step() -> list[Row]:
     """Start of the command line to the first step of the demo scenario, kernels cached."""
     command = [sys.executable, "-m", "marine_mj.cli", "run", "docking_demo", "--first-step"]
@@ -181,6 +217,7 @@ CASES: dict[str, Callable[[], list[Row]]] = {
     "one vehicle": _single_vehicle,
     "docking scene": _docking_scene,
     "batch": _batch,
+    "docking campaign": _campaign,
     "command line": _first_step,
 }
 
