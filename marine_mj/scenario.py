@@ -141,6 +141,8 @@ class Vehicle(Settings):
         convective: convective part of the water's acceleration.
         strips: wave forces along the length instead of at the origin only.
         constant_buoyancy: full buoyancy even above the surface.
+        drift: second-order wave drift: "none", "mean", or "slow" (mean and slowly varying part);
+            left out: "slow" if the model has drift coefficients and is not moved by its RAOs.
     """
 
     model: str
@@ -157,6 +159,7 @@ class Vehicle(Settings):
     convective: bool = True
     strips: bool = True
     constant_buoyancy: bool = False
+    drift: Literal["none", "mean", "slow"] | None = None
 
 
 class TaskChoice(Settings):

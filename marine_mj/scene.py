@@ -127,6 +127,7 @@ def body_settings(scenario: Scenario, spec: mujoco.MjSpec) -> dict[str, dict[str
             "convective": vehicle.convective,
             "strips": vehicle.strips,
             "constant_buoyancy": vehicle.constant_buoyancy,
+            "drift": vehicle.drift,
         }
         for name, vehicle in bodies.items()
         if name in wet

@@ -12,6 +12,7 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array, rotation_from_quaternion
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.coefficients import ZERO, BodyCoefficients
+from marine_mj.hydrodynamics.drift import Drift, drift_of, mean_drift
 from marine_mj.hydrodynamics.inertia import subtree_inertia
 from marine_mj.hydrodynamics.raos import radiation, responses
 
@@ -34,6 +35,8 @@ class BodySettings:
         froude_krylov: undisturbed wave pressure on the displaced volume.
         convective: material acceleration of the water; False: its local time derivative.
         constant_buoyancy: buoyancy does not change at the surface.
+        drift: second-order wave drift, "mean" or "slow" (mean and slowly varying part); None:
+            "slow" where the body has coefficients for it (`hydrodynamics.drift`), else "none".
     """
 
     motion: Motion | None = None
@@ -41,6 +44,7 @@ class BodySettings:
     froude_krylov: bool = True
     convective: bool = True
     constant_buoyancy: bool = False
+    drift: Drift | None = None
 
     def __post_init__(self) -> None:
         """Check the motion."""
@@ -219,6 +223,18 @@ def _exciting_forces(table: _Table, body: BodyCoefficients, waves: WaveField) ->
     return [HEADINGS, table.add(np.stack(blocks))]
 
 
+def _drift(
+    table: _Table, body: BodyCoefficients, environment: Environment, drift: Drift
+) -> list[float]:
+    """Mode, number of headings and offset of the drift: (HEADINGS, 3), or (HEADINGS, 3, N)."""
+    amplitude = environment.waves.amplitude
+    blocks = []
+    for heading in range(HEADINGS):
+        each = amplitude * mean_drift(body, environment, 2 * np.pi * heading / HEADINGS)
+        blocks.append(each if drift == "slow" else each @ amplitude)
+    return [t_.DRIFT_MODES[drift], HEADINGS, table.add(np.stack(blocks))]
+
+
 def _elements(
     model: mujoco.MjModel,
     table: _Table,
@@ -226,6 +242,7 @@ def _elements(
     index: int,
     environment: Environment,
     motion: Motion,
+    drift: Drift,
 ) -> list[tuple[float, Array]]:
     """(kind, parameters) of every element of a body."""
     found: list[tuple[float, Array]] = []
@@ -242,6 +259,8 @@ def _elements(
         path = _path(model, table, body, index, waves, motion)
         kappa = PRESCRIBED_INERTIA
         found.append((t_.PRESCRIBED, np.array([*path, kappa, kappa])))
+    if drift != "none" and len(waves.omega):
+        found.append((t_.DRIFT, np.array(_drift(table, body, environment, drift))))
     if body.wind is not None:  # in still air, too: it brakes
         found.append((t_.WIND, body.wind))
     for tank in body.tanks:
@@ -314,7 +333,8 @@ def _record(
     p[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36] = added_mass.ravel()
     p[t_.B_LINEAR : t_.B_LINEAR + 36] = linear.ravel()
     p[t_.B_QUADRATIC : t_.B_QUADRATIC + 36] = quadratic.ravel()
-    elements = _elements(model, table, body, index, environment, motion)
+    drift = drift_of(body, settings.drift, motion)
+    elements = _elements(model, table, body, index, environment, motion, drift)
     p[t_.B_ELEMENTS] = len(elements)
     p[t_.B_ELEMENT_DATA] = table.length
     for kind, data in elements:
