@@ -19,6 +19,8 @@ from marine_mj.hydrodynamics.raos import radiation, responses
 Motion = Literal["free", "dynamic", "rao"]
 #: Headings for which the exciting forces of a floating body are tabulated.
 HEADINGS = 24
+#: Headings for which wave drift is tabulated: forces like c|c| bend sharply in beam and head seas.
+DRIFT_HEADINGS = 48
 #: Inertia of a body with prescribed motion, kg and kg m2 (a calibration: far above any vehicle,
 #: far below what would spoil the solver's scaling).
 PRESCRIBED_INERTIA = 1e9
@@ -226,13 +228,13 @@ def _exciting_forces(table: _Table, body: BodyCoefficients, waves: WaveField) ->
 def _drift(
     table: _Table, body: BodyCoefficients, environment: Environment, drift: Drift
 ) -> list[float]:
-    """Mode, number of headings and offset of the drift: (HEADINGS, 3), or (HEADINGS, 3, N)."""
+    """Mode, number of headings and offset of the drift: (DRIFT_HEADINGS, 3), or (..., 3, N)."""
     amplitude = environment.waves.amplitude
     blocks = []
-    for heading in range(HEADINGS):
-        each = amplitude * mean_drift(body, environment, 2 * np.pi * heading / HEADINGS)
+    for heading in range(DRIFT_HEADINGS):
+        each = amplitude * mean_drift(body, environment, 2 * np.pi * heading / DRIFT_HEADINGS)
         blocks.append(each if drift == "slow" else each @ amplitude)
-    return [t_.DRIFT_MODES[drift], HEADINGS, table.add(np.stack(blocks))]
+    return [t_.DRIFT_MODES[drift], DRIFT_HEADINGS, table.add(np.stack(blocks))]
 
 
 def _elements(
