@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import mujoco
 import numpy as np
+from scipy.integrate import trapezoid
 
 from marine_mj.environment import Environment, WaveField, irregular_sea
 from marine_mj.environment.spectra import jonswap
@@ -93,7 +94,7 @@ def spectrum() -> Iterator[Row]:
         density += 2 * np.abs(np.fft.rfft(force)[: samples // 2] / samples) ** 2 / step / seeds
         mean += float(force.mean()) / seeds
     omega = np.linspace(low, high, 20001)
-    expected = 2 * np.trapezoid(source(omega) * _linear(omega), omega)
+    expected = 2 * trapezoid(source(omega) * _linear(omega), omega)
     theory = "2 int S T d omega, Pinkster (1980)"
     yield row("mean drift, JONSWAP H_s 1.5 m", mean, expected, "N", theory, percent=0.02)
     # scatter of one record, by random phases: neighbouring lines of a narrow sea go together
@@ -102,7 +103,7 @@ def spectrum() -> Iterator[Row]:
         for line in range(first, last):
             omega = np.linspace(low, high - line * step, 2001)
             mu, T = line * step, _linear(omega + 0.5 * line * step)
-            total += 8 * float(np.trapezoid(source(omega + mu) * source(omega) * T**2, omega))
+            total += 8 * float(trapezoid(source(omega + mu) * source(omega) * T**2, omega))
         interval = 1.96 * scatter / np.sqrt(seeds)
         name = f"slow drift, energy from {first * step:.2f} to {last * step:.2f} rad/s"
         source_ = "8 int S S T^2 d omega, Pinkster (1980); tolerance: 95 % interval"

@@ -20,6 +20,8 @@ from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coeffici
 from marine_mj.hydrodynamics.drift import drift_of, mean_drift
 from marine_mj.hydrodynamics.estimates import plate_reflection, reflected_drift
 from marine_mj.hydrodynamics.native import records, table_of
+from marine_mj.scenario import Scenario
+from marine_mj.scene import body_settings, build_scene
 
 FILE = "dus_v5750_box.nc"
 RHO, G = 1025.0, 9.81
@@ -353,6 +355,13 @@ def test_none_costs_nothing():
     assert t_.DRIFT not in kinds(usv(SEA, drift="none"))
     assert t_.DRIFT not in kinds(usv(SEA, motion="rao"))
     assert t_.DRIFT not in kinds(usv(Environment().waves))  # calm
+
+
+def test_scenario_chooses_the_drift():
+    for chosen in (None, "none", "mean"):
+        values = {} if chosen is None else {"vehicles.usv.drift": chosen}
+        scenario = Scenario.load("docking_demo").with_values(values)
+        assert body_settings(scenario, build_scene(scenario))["usv/hull"]["drift"] == chosen
 
 
 @pytest.mark.parametrize("drift", ["mean", "slow"])
