@@ -2,7 +2,7 @@
 
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,10 +62,8 @@ def drift_of(body: BodyCoefficients, drift: Drift | None, motion: str) -> Drift:
     database that holds `mean_drift_force`, else "none".
 
     Raises:
-        ModelError: drift is unknown, or asked for without coefficients or with prescribed motion.
+        ModelError: drift is asked for without coefficients or with prescribed motion.
     """
-    if drift is not None and drift not in get_args(Drift):
-        raise ModelError(f"drift is {drift!r}, allowed are {', '.join(get_args(Drift))}")
     if drift == "none" or (drift is None and motion == "rao"):
         return "none"
     if motion == "rao":

@@ -49,7 +49,9 @@ class BodySettings:
     drift: Drift | None = None
 
     def __post_init__(self) -> None:
-        """Check the motion."""
+        """Check the motion and the drift."""
+        if self.drift is not None and self.drift not in get_args(Drift):
+            raise ModelError(f"drift is {self.drift!r}, allowed are {', '.join(get_args(Drift))}")
         if self.motion is not None and self.motion not in get_args(Motion):
             raise ModelError(
                 f"motion is {self.motion!r}, allowed are {', '.join(get_args(Motion))}"
@@ -335,7 +337,9 @@ def _record(
     p[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36] = added_mass.ravel()
     p[t_.B_LINEAR : t_.B_LINEAR + 36] = linear.ravel()
     p[t_.B_QUADRATIC : t_.B_QUADRATIC + 36] = quadratic.ravel()
-    drift = drift_of(body, settings.drift, motion)
+    drift: Drift = "none"  # calm water needs no database
+    if settings.drift or len(environment.waves.omega):
+        drift = drift_of(body, settings.drift, motion)
     elements = _elements(model, table, body, index, environment, motion, drift)
     p[t_.B_ELEMENTS] = len(elements)
     p[t_.B_ELEMENT_DATA] = table.length

@@ -385,6 +385,22 @@ def test_batch_with_one_and_two_threads(drift):
     assert (got[0][1, -1] == state).all()
 
 
+@pytest.mark.parametrize("drift", ["mean", "slow"])
+def test_state_that_is_not_a_number(drift):
+    """The kernel reads no table at a heading that is none: NaN, and no crash."""
+    model = usv(SEA, drift=drift)
+    data = mujoco.MjData(model)
+    data.qpos[:] = np.nan
+    mujoco.mj_forward(model, data)
+    assert np.isnan(data.qacc).any()
+
+
+def test_calm_water_needs_no_database():
+    text = '<text name="a.wave_database" data="no_such.nc"/>'
+    model = marine_mj.load_xml(one_body(numerics=text, added_mass=np.ones(6), pos="0 0 0"))
+    assert kinds(model) == []
+
+
 # Reflection
 
 
