@@ -1,7 +1,8 @@
 """Wave database of the DUS V5750 box by Capytaine: `python assets/make_dus_v5750_box.py`.
 
-Writes `assets/dus_v5750_box.nc`: added mass, radiation damping, wave excitation, hydrostatics and
-motion RAOs of a 5 x 1.5 m box at 0.3 m draft. Needs the extra `bem`; takes a few minutes.
+Writes `assets/dus_v5750_box.nc`: added mass, radiation damping, wave excitation, hydrostatics,
+motion RAOs and mean wave drift of a 5 x 1.5 m box at 0.3 m draft. Needs the extra `bem`; takes a
+few minutes.
 
 Conventions are Capytaine's: body axes x forward, y port, z up about the origin (mid-box on the
 still water line, also the centre of mass), `wave_direction` the direction of travel in rad
@@ -14,6 +15,9 @@ from pathlib import Path
 import capytaine as cpt
 import numpy as np
 import xarray as xr
+from capytaine.io.xarray import assemble_dataset, problems_from_dataset
+
+from marine_mj.hydrodynamics.bem.drift import mean_drift_force
 
 LENGTH, BEAM, DRAFT = 5.0, 1.5, 0.3  # m
 WATER_DENSITY, GRAVITY = 1025.0, 9.81  # kg/m3, m/s2
@@ -112,7 +116,8 @@ def main() -> None:
         }
     )
     solver = cpt.BEMSolver()
-    radiation = solver.fill_dataset(grid, body, progress_bar=False).squeeze(drop=True)
+    results = solver.solve_all(problems_from_dataset(grid, body), progress_bar=False)
+    radiation = assemble_dataset(results).squeeze(drop=True)
     grid = xr.Dataset(
         coords={
             "omega": omega,
@@ -121,7 +126,8 @@ def main() -> None:
             "rho": [WATER_DENSITY],
         }
     )
-    diffraction = solver.fill_dataset(grid, body, progress_bar=False).squeeze(drop=True)
+    scattered = solver.solve_all(problems_from_dataset(grid, body), progress_bar=False)
+    diffraction = assemble_dataset(scattered).squeeze(drop=True)
 
     pair = ("radiating_dof", "influenced_dof")
     order = {"radiating_dof": DOFS, "influenced_dof": DOFS}
@@ -145,6 +151,13 @@ def main() -> None:
     roll_damping = viscous_roll_damping(omega, added_mass, mass, stiffness)
     total_damping = damping + np.diag([0, 0, 0, roll_damping, 0, 0])
     rao = motion(omega, added_mass, total_damping, excitation, mass, stiffness)
+
+    moving = xr.DataArray(
+        rao,
+        dims=("omega", "wave_direction", "radiating_dof"),
+        coords={"omega": omega, "wave_direction": DIRECTIONS, "radiating_dof": DOFS},
+    )
+    drift = mean_drift_force([*results, *scattered], moving)
 
     def split(values: np.ndarray) -> np.ndarray:
         return np.stack([values.real, values.imag]).astype(np.float32)
@@ -180,6 +193,7 @@ def main() -> None:
                 split(rao),
                 {"units": "m/m, rad/m", "description": "with viscous_roll_damping"},
             ),
+            "mean_drift_force": drift.astype(np.float32),
         },
         coords={
             "omega": ("omega", omega, {"units": "rad/s"}),

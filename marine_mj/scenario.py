@@ -141,9 +141,11 @@ class Vehicle(Settings):
         convective: convective part of the water's acceleration.
         strips: wave forces along the length instead of at the origin only.
         constant_buoyancy: full buoyancy even above the surface.
-        scale: factors on the vehicle's `mass` (with its inertia) and on any of its hydrodynamic
-            quantities by name without the frame, e.g. {added_mass = 1.1, strip_drag = 0.9}: the
-            uncertainty of a model. Controllers know the vehicle without them.
+        drift: second-order wave drift: "none", "mean", or "slow" (mean and slowly varying part);
+            left out: "slow" if the model has drift coefficients and is not moved by its RAOs.
+        scale: factors on the vehicle's `mass` (with its inertia), displacement and coefficients by
+            name without the frame, e.g. {added_mass = 1.1, strip_drag = 0.9}: the uncertainty of a
+            model. Controllers know the vehicle without them.
     """
 
     model: str
@@ -160,6 +162,7 @@ class Vehicle(Settings):
     convective: bool = True
     strips: bool = True
     constant_buoyancy: bool = False
+    drift: Literal["none", "mean", "slow"] | None = None
     scale: dict[str, Positive] = Field(default_factory=dict)
 
 

@@ -14,6 +14,7 @@ from marine_mj.environment import Environment
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics import table
+from marine_mj.hydrodynamics.coefficients import SCALABLE
 from marine_mj.library import find_model
 from marine_mj.scenario import Scenario, Vehicle
 from marine_mj.weather import environment_of
@@ -161,6 +162,7 @@ def body_settings(scenario: Scenario, spec: mujoco.MjSpec) -> dict[str, dict[str
             "convective": vehicle.convective,
             "strips": vehicle.strips,
             "constant_buoyancy": vehicle.constant_buoyancy,
+            "drift": vehicle.drift,
         }
         for name, vehicle in bodies.items()
         if name in wet
@@ -240,8 +242,9 @@ def _scale(child: mujoco.MjSpec, instance: str, vehicle: Vehicle) -> None:
     known: dict[str, list[Any]] = {}
     for numeric in child.numerics:
         owner, _, quantity = numeric.name.partition(".")
-        if body is not None and owner == body.name:
-            known.setdefault(quantity.removesuffix("_frd").removesuffix("_flu"), []).append(numeric)
+        stem = quantity.removesuffix("_frd").removesuffix("_flu")
+        if body is not None and owner == body.name and stem in SCALABLE:
+            known.setdefault(stem, []).append(numeric)
     for quantity, factor in vehicle.scale.items():
         if quantity == "mass":
             body.mass = factor * body.mass

@@ -29,8 +29,11 @@ PLAIN = {
     "strip_area": tuple(range(1, t_.MAX_STRIPS + 1)),
     "equilibrium_height": (1,),
     "wind": (7,),
+    "drift": tuple(range(4, 501, 4)),
     "reference_speed": (2,),
 }
+#: Quantities that a factor makes larger or smaller as a whole.
+SCALABLE = (*FRAMED, "displaced_volume", "buoyancy")
 QUANTITIES = sorted(
     [f"{name}_{frame}" for name in FRAMED for frame in ("frd", "flu")] + list(PLAIN) + ["tank"]
 )
@@ -90,6 +93,7 @@ class BodyCoefficients:
     equilibrium_height: float = 0.0
     wave_database: str | None = None
     wind: Array | None = None
+    drift: Array | None = None  # (n, 4): omega, reflecting breadth, length [m] and couple [m2]
     tanks: tuple[Tank, ...] = ()
     reference_speed: Array = field(default_factory=lambda: np.array([2.0, 1.0]))
 
@@ -150,6 +154,19 @@ def _check_drag(name: str, quantity: str, matrix: Array) -> None:
             f"{quantity} of {name!r} feeds energy into the body: D_Q[{i},{i}] = "
             f"{diagonal.min():g}, allowed is >= 0 (force = -D_Q |nu_r| nu_r): check the signs"
         )
+
+
+def _drift(name: str, values: Array) -> Array:
+    """Drift coefficients (n, 4) from their numeric."""
+    rows = values.reshape(-1, 4)
+    wrong = [i for i, row in enumerate(rows) if row[:3].min() < 0 or row[0] == 0]
+    wrong += [i for i in range(1, len(rows)) if rows[i, 0] <= rows[i - 1, 0]]
+    if wrong:
+        raise ModelError(
+            f"drift of {name!r} has the row {rows[wrong[0]]}; allowed are rows of omega (rad/s, "
+            "> 0 and rising from row to row), D_x and D_y (m, >= 0) and D_n (m2)"
+        )
+    return rows
 
 
 def _strips(name: str, values: dict[str, Array], frames: dict[str, str], volume: float) -> Strips:
@@ -317,6 +334,7 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
         equilibrium_height=float(values.get("equilibrium_height", [0.0])[0]),
         wave_database=database,
         wind=values.get("wind"),
+        drift=_drift(name, values["drift"]) if "drift" in values else None,
         tanks=_tanks(name, raw, spec),
         reference_speed=values.get("reference_speed", np.array([2.0, 1.0])),
     )

@@ -12,12 +12,15 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array, rotation_from_quaternion
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.coefficients import ZERO, BodyCoefficients
+from marine_mj.hydrodynamics.drift import Drift, drift_of, mean_drift
 from marine_mj.hydrodynamics.inertia import subtree_inertia
 from marine_mj.hydrodynamics.raos import radiation, responses
 
 Motion = Literal["free", "dynamic", "rao"]
 #: Headings for which the exciting forces of a floating body are tabulated.
 HEADINGS = 24
+#: Headings for which wave drift is tabulated: forces like c|c| bend sharply in beam and head seas.
+DRIFT_HEADINGS = 48
 #: Inertia of a body with prescribed motion, kg and kg m2 (a calibration: far above any vehicle,
 #: far below what would spoil the solver's scaling).
 PRESCRIBED_INERTIA = 1e9
@@ -34,6 +37,8 @@ class BodySettings:
         froude_krylov: undisturbed wave pressure on the displaced volume.
         convective: material acceleration of the water; False: its local time derivative.
         constant_buoyancy: buoyancy does not change at the surface.
+        drift: second-order wave drift, "mean" or "slow" (mean and slowly varying part); None:
+            "slow" where the body has coefficients for it (`hydrodynamics.drift`), else "none".
     """
 
     motion: Motion | None = None
@@ -41,9 +46,12 @@ class BodySettings:
     froude_krylov: bool = True
     convective: bool = True
     constant_buoyancy: bool = False
+    drift: Drift | None = None
 
     def __post_init__(self) -> None:
-        """Check the motion."""
+        """Check the motion and the drift."""
+        if self.drift is not None and self.drift not in get_args(Drift):
+            raise ModelError(f"drift is {self.drift!r}, allowed are {', '.join(get_args(Drift))}")
         if self.motion is not None and self.motion not in get_args(Motion):
             raise ModelError(
                 f"motion is {self.motion!r}, allowed are {', '.join(get_args(Motion))}"
@@ -231,6 +239,18 @@ def _exciting_forces(table: _Table, body: BodyCoefficients, waves: WaveField) ->
     return [HEADINGS, table.add(np.stack(blocks))]
 
 
+def _drift(
+    table: _Table, body: BodyCoefficients, environment: Environment, drift: Drift
+) -> list[float]:
+    """Mode, number of headings and offset of the drift: (DRIFT_HEADINGS, 3), or (..., 3, N)."""
+    amplitude = environment.waves.amplitude
+    blocks = []
+    for heading in range(DRIFT_HEADINGS):
+        each = amplitude * mean_drift(body, environment, 2 * np.pi * heading / DRIFT_HEADINGS)
+        blocks.append(each if drift == "slow" else each @ amplitude)
+    return [t_.DRIFT_MODES[drift], DRIFT_HEADINGS, table.add(np.stack(blocks))]
+
+
 def _elements(
     model: mujoco.MjModel,
     table: _Table,
@@ -238,6 +258,7 @@ def _elements(
     index: int,
     environment: Environment,
     motion: Motion,
+    drift: Drift,
 ) -> list[tuple[float, Array]]:
     """(kind, parameters) of every element of a body."""
     found: list[tuple[float, Array]] = []
@@ -254,6 +275,8 @@ def _elements(
         path = _path(model, table, body, index, waves, motion)
         kappa = PRESCRIBED_INERTIA
         found.append((t_.PRESCRIBED, np.array([*path, kappa, kappa])))
+    if drift != "none" and len(waves.omega):
+        found.append((t_.DRIFT, np.array(_drift(table, body, environment, drift))))
     if body.wind is not None:  # in still air, too: it brakes
         found.append((t_.WIND, body.wind))
     for tank in body.tanks:
@@ -326,7 +349,10 @@ def _record(
     p[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36] = added_mass.ravel()
     p[t_.B_LINEAR : t_.B_LINEAR + 36] = linear.ravel()
     p[t_.B_QUADRATIC : t_.B_QUADRATIC + 36] = quadratic.ravel()
-    elements = _elements(model, table, body, index, environment, motion)
+    drift: Drift = "none"  # calm water needs no database
+    if settings.drift or len(environment.waves.omega):
+        drift = drift_of(body, settings.drift, motion)
+    elements = _elements(model, table, body, index, environment, motion, drift)
     p[t_.B_ELEMENTS] = len(elements)
     p[t_.B_ELEMENT_DATA] = table.length
     for kind, data in elements:

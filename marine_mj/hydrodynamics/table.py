@@ -58,7 +58,10 @@ B_FIXED_SIZE = 132
 
 # elements: force laws that only some bodies have. Each starts with its kind and its length.
 RESTORING, EXCITATION, PRESCRIBED, WIND, TANK = 1.0, 2.0, 3.0, 4.0, 5.0
+DRIFT = 8.0
 EL_KIND, EL_SIZE, EL_DATA = 0, 1, 2
+#: Modes of the drift element.
+DRIFT_MODES = {"mean": 0.0, "slow": 1.0}
 
 #: What the wrench on a body is reported by, in the order of the kernel's accumulators.
 CAUSES = ("added_mass", "damping", "restoring", "waves", "wind", "ballast", "prescribed")

@@ -62,7 +62,8 @@ def vessel(environment, motion, *, pose=(0.0, 0.0, 0.0), extra="", **options):
         extra=extra,
         **options,
     )
-    return marine_mj.load_xml(xml, environment, {"a": {"motion": motion}})
+    # first-order loads alone: tests of drift stand in test_drift.py
+    return marine_mj.load_xml(xml, environment, {"a": {"motion": motion, "drift": "none"}})
 
 
 def rotation(roll, pitch, yaw):

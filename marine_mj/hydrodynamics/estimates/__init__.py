@@ -12,6 +12,7 @@ from marine_mj.hydrodynamics.estimates.drag import (
     quadratic_drag,
     streamlined_form_factor,
 )
+from marine_mj.hydrodynamics.estimates.drift import plate_reflection, reflected_drift
 from marine_mj.hydrodynamics.estimates.ellipsoids import (
     disc_added_mass,
     ellipsoid_added_mass,
@@ -52,9 +53,11 @@ __all__ = [
     "ittc57_friction",
     "morison_force",
     "move_added_mass",
+    "plate_reflection",
     "prolate_spheroid_added_mass",
     "quadratic_drag",
     "rectangular_plate_added_mass",
+    "reflected_drift",
     "reynolds_number",
     "scale_factor",
     "scale_matrix",

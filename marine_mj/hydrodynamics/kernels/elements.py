@@ -10,6 +10,7 @@ import math
 from numba import njit
 
 from marine_mj.hydrodynamics import table as t_
+from marine_mj.hydrodynamics.kernels.drift import drift
 from marine_mj.hydrodynamics.kernels.functions import sin_cos
 from marine_mj.hydrodynamics.kernels.memory import (
     advance,
@@ -310,4 +311,6 @@ def apply(model, data, table, record, body, R, nu, time, f, inertia):
             force = advance(f, 6 * t_.C_BALLAST)
             matrix = advance(inertia, 36 * t_.M_BALLAST)
             tank(data, q, R, nu, table[t_.E_GRAVITY], force, matrix)
+        elif kind == t_.DRIFT:
+            drift(table, q, R, x[0], x[1], time, advance(f, 6 * t_.C_WAVES))
         place += int(table[place + t_.EL_SIZE])

@@ -1,0 +1,1 @@
+"""Hydrodynamic data from the boundary element method (Capytaine, extra `bem`)."""

@@ -1,0 +1,140 @@
+"""Mean wave drift of a body in a given sea, from its database or its vehicle file."""
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from marine_mj.environment import Environment
+from marine_mj.errors import ModelError
+from marine_mj.frames import Array
+from marine_mj.hydrodynamics.coefficients import BodyCoefficients
+from marine_mj.hydrodynamics.raos import database_path
+
+Drift = Literal["none", "mean", "slow"]
+VARIABLE = "mean_drift_force"
+_DOFS = ["Surge", "Sway", "Yaw"]
+_AXES = ("omega", "wave_direction", "drift_dof")
+#: Largest angle between two wave directions of a database, rad.
+LARGEST_GAP = np.radians(60.0)
+
+
+@lru_cache(maxsize=16)
+def _read(path: Path) -> tuple[Array, CubicSpline] | None:
+    """omega (n,) and drift (n, 3) as a function of the direction; None if there is no drift."""
+    import xarray as xr
+
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as data:
+            if VARIABLE not in data:
+                return None
+            values = data[VARIABLE].sel(drift_dof=_DOFS).transpose(*_AXES).sortby("omega")
+            table = np.asarray(values, dtype=float)
+            omega, direction = values["omega"].values, values["wave_direction"].values
+    except (OSError, KeyError, ValueError) as error:
+        raise ModelError(
+            f"{path.name} has no mean drift that can be read ({error}); needed is the variable "
+            f"{VARIABLE}({', '.join(_AXES)}) with the drift_dof {', '.join(_DOFS)}"
+        ) from error
+    if not np.isfinite(table).all():
+        raise ModelError(f"{VARIABLE} in {path.name} holds NaN or infinity; allowed is finite")
+    angle = np.mod(direction, 2 * np.pi)
+    order = np.argsort(angle)
+    around = np.append(order, order[0])
+    knots = np.append(angle[order], angle[order[0]] + 2 * np.pi)
+    if np.diff(knots).max() > LARGEST_GAP:
+        raise ModelError(
+            f"{VARIABLE} in {path.name} leaves a gap of {np.degrees(np.diff(knots).max()):.0f} deg "
+            f"between wave directions, allowed are {np.degrees(LARGEST_GAP):.0f}: compute it for "
+            "directions all around the body"
+        )
+    omega, table = _from_zero(omega, table)
+    return omega, CubicSpline(knots, np.moveaxis(table[:, around], 1, 0), bc_type="periodic")
+
+
+def drift_of(body: BodyCoefficients, drift: Drift | None, motion: str) -> Drift:
+    """The drift a body gets.
+
+    Without a setting (None) "slow" where `body` has drift coefficients or is "dynamic" with a
+    database that holds `mean_drift_force`, else "none".
+
+    Raises:
+        ModelError: drift is asked for without coefficients or with prescribed motion.
+    """
+    if drift == "none" or (drift is None and motion == "rao"):
+        return "none"
+    if motion == "rao":
+        raise ModelError(
+            f"drift {drift!r} of {body.name!r} with motion 'rao': prescribed motion gives way to "
+            "no force; allowed is drift 'none', or another motion"
+        )
+    given = body.drift is not None
+    if not given and body.wave_database and (drift or motion == "dynamic"):
+        given = _read(database_path(body.wave_database)) is not None
+    if drift is None:
+        return "slow" if given else "none"
+    if not given:
+        raise ModelError(
+            f"drift {drift!r} of {body.name!r} needs coefficients; allowed is 'none', or a "
+            f"<numeric name='{body.name}.drift' .../>, or a wave database with {VARIABLE}"
+        )
+    return drift
+
+
+def _from_zero(omega: Array, table: Array) -> tuple[Array, Array]:
+    """Frequencies and rows with a row of zeros at omega = 0 in front: long waves pass by."""
+    return np.append(0.0, omega), np.concatenate([np.zeros_like(table[:1]), table])
+
+
+def _between(omega: Array, wanted: Array) -> tuple[NDArray[np.intp], Array]:
+    """Upper row and its share (N, 1) at the wanted frequencies, linear, held above the last."""
+    wanted = np.minimum(wanted, omega[-1])
+    upper = np.clip(np.searchsorted(omega, wanted), 1, len(omega) - 1)
+    return upper, ((wanted - omega[upper - 1]) / (omega[upper] - omega[upper - 1]))[:, None]
+
+
+def mean_drift(body: BodyCoefficients, environment: Environment, yaw: float) -> Array:
+    """Mean drift T (3, N) [N/m2, N/m2, N m/m2] of each wave component: surge, sway, yaw.
+
+    A component of amplitude a alone pushes with `a^2 T`, in the level axes of the heading (x
+    forward, y port), moment about the body origin. Coefficients of the vehicle file come before
+    the database. With chi the direction of travel relative to the heading, those of the file give
+
+        T = 1/2 rho g (D_x c|c|, D_y s|s|, D_n sin 2 chi),   c = cos chi, s = sin chi
+
+    (Faltinsen 1990, Sea Loads, sec. 5: short waves push a wall with 1/2 rho g a^2 sin^2 per metre
+    of its length): D_x and D_y are the breadth and the length times the square of the reflection
+    coefficient, m, and D_n the couple, m2. Between frequencies T is linear, falling to 0 at omega
+    = 0 below the first and held above the last. Between directions of a database it is a periodic
+    cubic spline.
+
+    Args:
+        body: with `drift` or a database that holds `mean_drift_force`, see `drift_of`.
+        environment: waves, density of the water and gravity.
+        yaw: heading of the body, rad, NWU.
+
+    Raises:
+        ModelError: the database has no drift.
+    """
+    waves = environment.waves
+    chi = waves.direction - yaw
+    if body.drift is not None:
+        c, s = np.cos(chi), np.sin(chi)
+        shape = np.stack([c * np.abs(c), s * np.abs(s), 2 * s * c])
+        omega, table = _from_zero(body.drift[:, 0], body.drift[:, 1:])
+        upper, share = _between(omega, waves.omega)
+        widths = (1 - share) * table[upper - 1] + share * table[upper]
+        return 0.5 * environment.water_density * environment.gravity * shape * widths.T
+    path = database_path(str(body.wave_database))
+    found = _read(path)
+    if found is None:
+        raise ModelError(f"{path.name} has no {VARIABLE}: add it, or set drift to 'none'")
+    omega, spline = found
+    upper, share = _between(omega, waves.omega)
+    start = spline.x[0]
+    table = spline(start + np.mod(chi - start, 2 * np.pi))  # (N, frequencies, 3)
+    each = np.arange(len(chi))
+    return ((1 - share) * table[each, upper - 1] + share * table[each, upper]).T

@@ -1,0 +1,507 @@
+"""Wave drift: Newman's approximation in the kernel against double sums and closed forms."""
+
+from pathlib import Path
+
+import marine_mj.assets
+import mujoco
+import numpy as np
+import pytest
+import xarray as xr
+from conftest import numbers, one_body
+from mujoco import batch
+
+import marine_mj
+from marine_mj.environment import Environment, WaveField, irregular_sea, regular_wave
+from marine_mj.environment.spectra import jonswap
+from marine_mj.errors import ModelError
+from marine_mj.hydrodynamics import table as t_
+from marine_mj.hydrodynamics import write_environment
+from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
+from marine_mj.hydrodynamics.drift import drift_of, mean_drift
+from marine_mj.hydrodynamics.estimates import plate_reflection, reflected_drift
+from marine_mj.hydrodynamics.native import records, table_of
+from marine_mj.scenario import Scenario
+from marine_mj.scene import body_settings, build_scene
+
+FILE = "dus_v5750_box.nc"
+RHO, G = 1025.0, 9.81
+#: omega [rad/s], D_x, D_y [m], D_n [m2]
+ROWS = np.array(
+    [[0.4, 0.1, 0.3, 0.05], [1.0, 0.5, 2.0, -0.4], [1.7, 1.1, 3.5, 0.6], [3.0, 1.4, 4.6, 0.2]]
+)
+
+
+def expected_drift(omega, chi, rows=ROWS):
+    """T (3, N) of the rows: linear in omega from (0, 0), held above; closed form in chi."""
+    widths = [np.interp(omega, np.append(0, rows[:, 0]), np.append(0, c)) for c in rows.T[1:]]
+    c, s = np.cos(chi), np.sin(chi)
+    shape = [c * abs(c), s * abs(s), np.sin(2 * chi)]
+    return 0.5 * RHO * G * np.array([w * f for w, f in zip(widths, shape, strict=True)])
+
+
+def boat(waves, drift=None, rows=ROWS, **options):
+    """A free body `a` whose drift stands in its file."""
+    numerics = f'<numeric name="a.drift" data="{numbers(rows)}"/>' + options.pop("numerics", "")
+    xml = one_body(numerics=numerics, gravity=0, **({"pos": "0 0 0"} | options))
+    return marine_mj.load_xml(xml, Environment(waves=waves), {"a": {"drift": drift}})
+
+
+def force(model, time=0.0, x=0.0, y=0.0, yaw=0.0, quat=None):
+    """Wrench (6) of the waves on the body `a`, body axes."""
+    data = mujoco.MjData(model)
+    data.time = time
+    data.qpos[:2] = x, y
+    data.qpos[3:7] = (np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)) if quat is None else quat
+    mujoco.mj_forward(model, data)
+    return marine_mj.wrenches(model, data)["a"]["waves"]
+
+
+def forces(model, times):
+    """Surge, sway, yaw (n, 3) at rest at the origin, by the raw loads of a body in zero gravity."""
+    data = mujoco.MjData(model)
+    found = []
+    for time in times:
+        data.time = time
+        mujoco.mj_forward(model, data)
+        found.append(data.qfrc_passive[[0, 1, 5]].copy())
+    return np.array(found)
+
+
+def waves_of(omega, amplitude, direction=0.0, phase=0.0):
+    """Deep-water field of given components."""
+    omega = np.asarray(omega, dtype=float)
+    one = np.ones_like(omega)
+    return WaveField(omega, omega**2 / G, direction * one, amplitude * one, phase * one)
+
+
+# The law
+
+
+@pytest.mark.parametrize("drift", ["mean", "slow"])
+def test_regular_wave_pushes_constantly(drift):
+    """a^2 T at any time and place."""
+    amplitude, omega, direction = 0.7, 1.3, np.radians(40)
+    model = boat(waves_of([omega], amplitude, direction), drift)
+    expected = amplitude**2 * expected_drift([omega], direction)
+    for time, x, y in ((0.0, 0, 0), (3.3, 12.0, -7.0), (812.7, -40.0, 3.0)):
+        got = force(model, time, x, y)
+        # measured 2e-16 relative
+        np.testing.assert_allclose(got[[0, 1, 5]], expected[:, 0], rtol=1e-12)
+        assert (got[2:5] == 0).all()
+
+
+def test_two_waves_beat():
+    """Newman's arithmetic mean: a1^2 T1 + a2^2 T2 + a1 a2 (T1 + T2) cos((w1 - w2) t)."""
+    omega, amplitude, chi = np.array([1.1, 1.6]), np.array([0.5, 0.3]), np.radians(150)
+    model = boat(waves_of(omega, amplitude, chi))
+    T = expected_drift(omega, chi)
+    t = np.linspace(0, 60, 301)
+    beat = amplitude.prod() * T.sum(axis=1)
+    expected = (amplitude**2 * T).sum(axis=1) + np.cos((omega[1] - omega[0]) * t)[:, None] * beat
+    # measured 6e-15 of the amplitude
+    np.testing.assert_allclose(forces(model, t), expected, atol=1e-11 * abs(beat).max())
+
+
+def double_sum(waves, T, t, x, y):
+    """Newman's double sum (3,) at one instant and place."""
+    along = x * np.cos(waves.direction) + y * np.sin(waves.direction)
+    theta = waves.wavenumber * along - waves.omega * t + waves.phase
+    pair = waves.amplitude[:, None] * waves.amplitude * np.cos(theta[:, None] - theta)
+    return np.array([(0.5 * (row[:, None] + row) * pair).sum() for row in T])
+
+
+@pytest.mark.parametrize("yaw_steps", [0, 5, 13, 23])
+def test_irregular_sea_is_the_double_sum(yaw_steps):
+    """Short-crested, turned vessel somewhere: at the tabulated headings exact."""
+    waves = irregular_sea(1.2, 6.0, direction=0.3, components=60, seed=5, spreading=4)
+    model = boat(waves)
+    yaw = 2 * np.pi * yaw_steps / 24
+    T = expected_drift(waves.omega, waves.direction - yaw)
+    for t, x, y in ((0.0, 0.0, 0.0), (17.3, 25.0, -60.0)):
+        got = force(model, t, x, y, yaw)[[0, 1, 5]]
+        expected = double_sum(waves, T, t, x, y)
+        # measured 2e-15 of the largest
+        np.testing.assert_allclose(got, expected, atol=1e-10 * abs(expected).max())
+
+
+def test_between_the_tabulated_headings():
+    """Cubic in the heading: largest error of the closed forms c|c|, s|s| and sin 2 chi."""
+    model = boat(waves_of([1.0], 1.0, 0.2), "mean")
+    yaws = np.radians(np.arange(-180, 180, 1.7))
+    got = np.array([force(model, yaw=yaw)[[0, 1, 5]] for yaw in yaws])
+    expected = np.array([expected_drift(1.0, 0.2 - yaw) for yaw in yaws])
+    error = abs(got - expected).max(axis=0) / abs(expected).max(axis=0)
+    # measured 0.08 % (bends of c|c| and s|s|) and 0.011 % of the largest force
+    assert (error < 0.0015).all()
+
+
+def test_turned_and_moved_world():
+    """The same relative situation elsewhere: same force in body axes."""
+    turn, shift = np.radians(75), np.array([130.0, -48.0])
+    waves = irregular_sea(1.0, 6.0, direction=-0.4, components=40, seed=2, spreading=6)
+    c, s = np.cos(turn), np.sin(turn)
+    moved = WaveField(
+        waves.omega,
+        waves.wavenumber,
+        waves.direction + turn,
+        waves.amplitude,
+        waves.phase
+        - waves.wavenumber
+        * (np.cos(waves.direction + turn) * shift[0] + np.sin(waves.direction + turn) * shift[1]),
+    )
+    x, y = 5.0, 3.0
+    here = force(boat(waves), 4.0, x, y, np.radians(30))
+    there = force(
+        boat(moved),
+        4.0,
+        shift[0] + c * x - s * y,
+        shift[1] + s * x + c * y,
+        np.radians(30) + turn,
+    )
+    # measured 1e-14 of the largest
+    np.testing.assert_allclose(there, here, atol=1e-10 * abs(here).max())
+
+
+def test_force_lies_level():
+    """A heeled and pitched hull: the force stays horizontal, the moment vertical."""
+    roll, pitch, yaw = 0.3, -0.2, np.radians(60)
+    model = boat(waves_of([1.0], 1.0, 0.5), "mean")
+    quat, q = np.zeros(4), np.zeros(4)
+    mujoco.mju_euler2Quat(quat, [yaw, pitch, roll], "zyx")
+    mujoco.mju_copy(q, quat)
+    R = np.zeros(9)
+    mujoco.mju_quat2Mat(R, q)
+    R = R.reshape(3, 3)
+    got = force(model, quat=q)
+    world, moment = R @ got[:3], R @ got[3:]
+    T = expected_drift(1.0, 0.5 - yaw)
+    c, s = np.cos(yaw), np.sin(yaw)
+    np.testing.assert_allclose(world, [c * T[0] - s * T[1], s * T[0] + c * T[1], 0], atol=1e-8)
+    np.testing.assert_allclose(moment, [0, 0, T[2]], atol=1e-8)  # measured 1e-12
+
+
+# Statistics
+
+
+def test_mean_of_a_long_record():
+    """Mean force = sum a^2 T = 2 int S T d omega (Pinkster 1980) in head and beam seas."""
+    spectrum = jonswap(1.5, 7.0)
+    low, high, count = 0.4, 2.8, 120
+    step = (high - low) / count
+    for direction in (0.0, np.pi / 2):
+        waves = irregular_sea(
+            spectrum=spectrum,
+            direction=direction,
+            components=count,
+            sampling="midpoint",
+            frequency_range=(low, high),
+        )
+        model = boat(waves)
+        # the record repeats after 2 pi / step: its mean has no sampling error
+        times = np.arange(256) / 256 * 2 * np.pi / step
+        mean = forces(model, times).mean(axis=0)
+        T = expected_drift(waves.omega, direction)
+        omega = np.linspace(low, high, 20001)
+        integral = 2 * np.trapezoid(spectrum(omega) * expected_drift(omega, direction), omega)
+        scale = abs(integral).max()
+        # measured 2e-15, and 2e-5 (120 bins of the spectrum)
+        np.testing.assert_allclose(mean, T @ waves.amplitude**2, atol=1e-11 * scale)
+        np.testing.assert_allclose(mean, integral, atol=2e-4 * scale)
+        alone = forces(boat(waves, "mean"), [0.0, 9.0])
+        np.testing.assert_allclose(alone, [mean, mean], atol=1e-11 * scale)
+
+
+def test_spectrum_of_the_slow_force():
+    """S_F(mu) = 8 int S(w + mu) S(w) T(w + mu/2)^2 dw (Pinkster 1980), in bands of mu."""
+    spectrum = jonswap(1.5, 7.0)
+    low, high, count, seeds, samples = 0.4, 2.4, 100, 24, 256
+    step = (high - low) / count
+    sea = {"components": count, "sampling": "midpoint", "frequency_range": (low, high)}
+    waves = irregular_sea(spectrum=spectrum, direction=np.pi / 2, **sea)
+    rows = np.array([[0.4, 0, 1.0, 0], [2.4, 0, 5.0, 0]])  # T linear in omega: both means agree
+    numerics = f'<numeric name="a.drift" data="{numbers(rows)}"/>'
+    spec = mujoco.MjSpec.from_string(one_body(numerics=numerics, pos="0 0 0", gravity=0))
+    model = marine_mj.hydrodynamics.compile_spec(spec, Environment(waves=waves))
+    bodies = read_coefficients(spec)
+    times = np.arange(samples) / samples * 2 * np.pi / step
+    density = np.zeros(samples // 2)
+    for seed in range(seeds):
+        waves = irregular_sea(spectrum=spectrum, direction=np.pi / 2, seed=seed, **sea)
+        write_environment(model, bodies, Environment(waves=waves))
+        lines = np.fft.rfft(forces(model, times)[:, 1])[: samples // 2] / samples
+        density += 2 * abs(lines) ** 2 / step / seeds
+    for first, last in ((1, 11), (11, 31)):
+        expected = 0.0
+        for line in range(first, last):
+            mu = line * step
+            omega = np.linspace(low, high - mu, 2001)
+            T = 0.5 * RHO * G * np.interp(omega + mu / 2, [0, 0.4, 2.4], [0, 1.0, 5.0])
+            expected += 8 * np.trapezoid(spectrum(omega + mu) * spectrum(omega) * T**2, omega)
+        ratio = density[first:last].sum() / expected
+        # one record scatters by 40 % and 25 % (random phases), the mean of 24 by 8 % and 5 %:
+        # measured 0.912 and 0.990
+        assert ratio == pytest.approx(1, abs=0.16)
+
+
+def test_drifting_speed():
+    """Terminal speed in a regular wave from the side: a^2 T = D v; deep down, no orbital motion."""
+    waves, damping = waves_of([1.3], 0.5, np.pi / 2), 400.0
+    extra = f'<numeric name="a.linear_damping_flu" data="{numbers(np.full(6, damping))}"/>'
+    model = boat(waves, numerics=extra, center="0 0 0", mass=100.0, pos="0 0 -300")
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 2000)
+    expected = 0.25 * expected_drift(1.3, np.pi / 2)[1] / damping
+    # measured 5e-15 relative
+    assert data.qvel[1] == pytest.approx(expected, rel=1e-10)
+
+
+# Database, choices, bits
+
+
+@pytest.fixture(scope="module")
+def database():
+    """omega (n,), direction (m,), mean drift (n, m, 3)."""
+    path = Path(marine_mj.assets.__file__).parent / FILE
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        drift = data["mean_drift_force"].sel(drift_dof=["Surge", "Sway", "Yaw"])
+        drift = drift.transpose("omega", "wave_direction", "drift_dof").values.astype(float)
+        return data["omega"].values, data["wave_direction"].values, drift
+
+
+def usv(waves, numerics="", **settings):
+    """The USV's box as body `a` with its database."""
+    xml = one_body(
+        numerics=f'<text name="a.wave_database" data="{FILE}"/>'
+        '<numeric name="a.restoring_frd" data="0 0 75414 10745 153703 0"/>' + numerics,
+        added_mass=[300, 800, 8000, 400, 9500, 1500],
+        mass=2306.0,
+        center="0 0 0",
+        inertia="1040 5412 5237",
+        pos="0 0 0",
+    )
+    return marine_mj.load_xml(xml, Environment(waves=waves), {"a": settings})
+
+
+def kinds(model):
+    """Kinds of the elements of the first body."""
+    table = table_of(model)
+    record = records(table)[0]
+    place, found = int(record[t_.B_ELEMENT_DATA]), []
+    for _ in range(int(record[t_.B_ELEMENTS])):
+        found.append(table[place + t_.EL_KIND])
+        place += int(table[place + t_.EL_SIZE])
+    return found
+
+
+@pytest.mark.parametrize("yaw_steps", [0, 7, 18])
+@pytest.mark.parametrize("column", [0, 3, 9])
+def test_drift_of_a_database(database, yaw_steps, column):
+    """At its own frequencies and directions, on top of the first-order force."""
+    omega, direction, drift = database
+    index, yaw = 27, np.radians(15 * yaw_steps)
+    sea = regular_wave(0.4, 2 * np.pi / omega[index], direction[column] + yaw, phase=0.3)
+    wrench = {
+        name: force(usv(sea, drift=name), 7.7, 4.0, -9.0, yaw) for name in ("none", "mean", "slow")
+    }
+    expected = 0.04 * drift[index, column]
+    for name in ("mean", "slow"):
+        got = (wrench[name] - wrench["none"])[[0, 1, 5]]
+        # measured 7e-14 N
+        np.testing.assert_allclose(got, expected, atol=1e-10 * abs(drift[index]).max())
+
+
+def test_database_of_a_symmetric_box(database):
+    """No sway in head seas, no surge in beam seas, mirrored headings, waves push along."""
+    omega, direction, drift = database
+    mirror = np.round(np.mod(-direction, 2 * np.pi) / np.radians(22.5)).astype(int) % 16
+    astern = np.round(np.mod(np.pi - direction, 2 * np.pi) / np.radians(22.5)).astype(int) % 16
+    scale = abs(drift).max(axis=(0, 1))
+    # measured 5e-12 of the largest
+    np.testing.assert_allclose(drift[:, mirror] * [1, -1, -1], drift, atol=1e-6 * scale.max())
+    np.testing.assert_allclose(drift[:, astern] * [-1, 1, -1], drift, atol=1e-6 * scale.max())
+    assert abs(drift[:, [0, 8]][..., 1:]).max() < 1e-6 * scale.max()
+    assert abs(drift[:, [4, 12], 0]).max() < 1e-6 * scale.max()
+    # shortest waves: the asymptote 1/2 rho g B and 1/2 rho g L of a wall; measured 0.94 and 0.87
+    ends, sides = drift[-1, 0, 0] / (0.5 * RHO * G * 1.5), drift[-1, 4, 1] / (0.5 * RHO * G * 5.0)
+    assert ends == pytest.approx(1, abs=0.15)
+    assert sides == pytest.approx(1, abs=0.15)
+    assert omega[-1] ** 2 / G * 0.3 > 1  # draft beyond the waves' depth
+
+
+SEA = irregular_sea(0.8, 4.0, components=20, seed=1)
+
+
+def test_default_is_slow_with_coefficients():
+    assert t_.DRIFT in kinds(boat(SEA))
+    assert t_.DRIFT in kinds(usv(SEA))
+    slow = usv(SEA, drift="slow")
+    assert (table_of(usv(SEA)) == table_of(slow)).all()
+
+
+def test_file_comes_before_the_database():
+    rows = f'<numeric name="a.drift" data="{numbers(ROWS)}"/>'
+    sea = waves_of([1.3], 0.5, np.pi / 2)
+    own, none = (force(usv(sea, rows, drift=d)) for d in ("mean", "none"))
+    expected = 0.25 * expected_drift(1.3, np.pi / 2)[1]
+    assert (own - none)[1] == pytest.approx(expected, rel=1e-9)  # measured 2e-16
+
+
+def test_none_costs_nothing():
+    """No element, and the bits of a body that has no coefficients at all."""
+    xml = one_body(added_mass=np.ones(6), pos="0 0 0", gravity=0)
+    bare = marine_mj.load_xml(xml, Environment(waves=SEA))
+    off = boat(SEA, "none", added_mass=np.ones(6))
+    assert (table_of(off) == table_of(bare)).all()
+    assert t_.DRIFT not in kinds(usv(SEA, drift="none"))
+    assert t_.DRIFT not in kinds(usv(SEA, motion="rao"))
+    assert t_.DRIFT not in kinds(usv(Environment().waves))  # calm
+
+
+def test_scenario_chooses_the_drift():
+    for chosen in (None, "none", "mean"):
+        values = {"vehicles.usv.drift": chosen}
+        scenario = Scenario.load("docking_demo").with_values(values)
+        assert body_settings(scenario, build_scene(scenario))["usv/hull"]["drift"] == chosen
+
+
+@pytest.mark.parametrize("drift", ["mean", "slow"])
+def test_batch_with_one_and_two_threads(drift):
+    model = usv(SEA, drift=drift)
+    record = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    control = np.zeros((4, 100, model.nu))
+    control[:, :, 0] = np.arange(4)[:, None] * 50.0
+    got = [
+        batch.Batch(model, 4, nthread=threads).rollout(
+            100, control, int(mujoco.mjtState.mjSTATE_CTRL), record=[record]
+        )[record]
+        for threads in (1, 2)
+    ]
+    assert (got[0] == got[1]).all()
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 50.0
+    mujoco.mj_step(model, data, 100)
+    state = np.zeros(mujoco.mj_stateSize(model, record))
+    mujoco.mj_getState(model, data, state, record)
+    assert (got[0][1, -1] == state).all()
+
+
+@pytest.mark.parametrize("drift", ["mean", "slow"])
+def test_state_that_is_not_a_number(drift):
+    """The kernel reads no table at a heading that is none: NaN, and no crash."""
+    model = usv(SEA, drift=drift)
+    data = mujoco.MjData(model)
+    data.qpos[:] = np.nan
+    mujoco.mj_forward(model, data)
+    assert np.isnan(data.qacc).any()
+
+
+def test_calm_water_needs_no_database():
+    text = '<text name="a.wave_database" data="no_such.nc"/>'
+    model = marine_mj.load_xml(one_body(numerics=text, added_mass=np.ones(6), pos="0 0 0"))
+    assert kinds(model) == []
+
+
+# Reflection
+
+
+def test_plate_reflection():
+    """Long waves pi (kT)^2 / 2, short ones all; nothing is lost (Ursell 1947)."""
+    k = np.array([0.0, 1e-3, 50.0, 1e4])
+    got = plate_reflection(k, 1.0)
+    assert got[0] == 0
+    assert got[1] == pytest.approx(np.pi / 2 * 1e-6, rel=1e-4)  # measured 4e-6
+    assert got[2:] == pytest.approx(1, abs=1e-12)
+    # R^2 + (transmitted)^2 = 1 with T = K_1 / sqrt(pi^2 I_1^2 + K_1^2)
+    from scipy.special import i1, k1
+
+    kT = np.linspace(0.05, 5, 40)
+    through = k1(kT) / np.hypot(np.pi * i1(kT), k1(kT))
+    np.testing.assert_allclose(plate_reflection(kT / 0.76, 0.76) ** 2 + through**2, 1, rtol=1e-13)
+
+
+def test_drift_of_a_reflecting_hull():
+    """X = 1/2 rho g a^2 R^2 B c|c|, Y = 1/2 rho g a^2 R^2 L s|s|, N = 0 for a boat of 7.2 m."""
+    from scipy.special import i1, k1
+
+    length, breadth, draft = 7.2, 2.02, 0.76
+    omega, amplitude, chi = np.array([0.8, 1.37, 2.4]), np.array([0.3, 0.2, 0.05]), 0.35
+    grid = np.linspace(0.03, 3.75, 125)
+    rows = reflected_drift(grid, length, breadth, draft)
+    model = boat(waves_of(omega, amplitude, chi), "mean", rows)
+    kT = omega**2 / G * draft
+    R = np.pi * i1(kT) / np.sqrt(np.pi**2 * i1(kT) ** 2 + k1(kT) ** 2)
+    push = 0.5 * RHO * G * (amplitude * R) ** 2
+    c, s = np.cos(chi), np.sin(chi)
+    expected = [(push * breadth * c * abs(c)).sum(), (push * length * s * abs(s)).sum(), 0.0]
+    # measured 4e-4 relative: linear between 125 rows, cubic between headings
+    np.testing.assert_allclose(force(model)[[0, 1, 5]], expected, rtol=2e-3, atol=1e-9)
+
+
+# Refusals
+
+
+def refused(load, *parts):
+    """Expect a ModelError with all parts in its message."""
+    with pytest.raises(ModelError) as error:
+        load()
+    for part in parts:
+        assert part in str(error.value), str(error.value)
+
+
+@pytest.mark.parametrize(
+    "rows", [[[0.0, 1, 1, 0]], [[1.0, -1, 1, 0]], [[1.0, 1, 1, 0], [1.0, 1, 1, 0]]]
+)
+def test_wrong_rows(rows):
+    refused(lambda: boat(SEA, rows=np.array(rows)), "drift of 'a'", "rising", "D_n")
+
+
+def test_wrong_number_of_values():
+    refused(lambda: boat(SEA, rows=np.ones(5)), "numeric 'a.drift' has 5 values", "4 or 8")
+
+
+def test_unknown_drift():
+    refused(lambda: boat(SEA, "fast"), "drift is 'fast'", "none, mean, slow")
+
+
+def test_drift_without_coefficients():
+    xml = one_body(added_mass=np.ones(6))
+    load = marine_mj.load_xml
+    refused(lambda: load(xml, None, {"a": {"drift": "slow"}}), "drift 'slow' of 'a'", "a.drift")
+
+
+def test_drift_of_prescribed_motion():
+    refused(lambda: usv(SEA, motion="rao", drift="mean"), "drift 'mean' of 'a'", "prescribed")
+
+
+def body_with(tmp_path, values, name="mean_drift_force"):
+    """Coefficients of a body whose database holds one variable."""
+    path = tmp_path / f"{len(list(tmp_path.iterdir()))}.nc"
+    values.to_dataset(name=name).to_netcdf(path, engine="h5netcdf")
+    return BodyCoefficients("a", np.zeros((6, 6)), wave_database=str(path))
+
+
+def test_databases_that_lack_drift(tmp_path):
+    """Without the variable: none by default, refused when asked for; damaged ones are refused."""
+    path = Path(marine_mj.assets.__file__).parent / FILE
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        drift = data["mean_drift_force"].drop_vars(["period", "wavenumber"]).load()
+    plain = body_with(tmp_path, drift, "other")
+    assert drift_of(plain, None, "dynamic") == "none"
+    refused(lambda: drift_of(plain, "slow", "dynamic"), "needs coefficients", "mean_drift_force")
+    refused(lambda: mean_drift(plain, Environment(waves=SEA), 0.0), "has no mean_drift_force")
+    whole = body_with(tmp_path, drift[::-1])
+    assert drift_of(whole, None, "dynamic") == "slow"
+    assert drift_of(whole, None, "free") == "none"
+    assert drift_of(whole, "mean", "free") == "mean"
+    ours, turned = (
+        mean_drift(BodyCoefficients("a", np.zeros((6, 6)), wave_database=f), env, 0.3)
+        for f in (FILE, whole.wave_database)
+        for env in (Environment(waves=SEA),)
+    )
+    np.testing.assert_array_equal(ours, turned)  # the order of the frequencies does not matter
+    half = body_with(tmp_path, drift[:, :8])
+    refused(lambda: drift_of(half, None, "dynamic"), "gap of 202 deg", "allowed are 60")
+    nan = body_with(tmp_path, drift * np.nan)
+    refused(lambda: drift_of(nan, None, "dynamic"), "holds NaN")
+    lost = body_with(tmp_path, drift[:, :, :2])
+    refused(lambda: drift_of(lost, None, "dynamic"), "(omega, wave_direction, drift_dof)", "Yaw")
