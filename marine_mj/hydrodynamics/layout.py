@@ -54,6 +54,7 @@ DATA_FIELDS = (
     "cvel",
     "M",
     "qfrc_passive",
+    "act_dot",
 )
 #: Name of the linker symbol that holds the offsets (an array of int64).
 SYMBOL = "marine_mj_struct_layout"

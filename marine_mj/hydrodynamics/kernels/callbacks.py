@@ -3,7 +3,7 @@
 import hashlib
 from pathlib import Path
 
-from numba import cfunc, types
+from numba import cfunc, njit, types
 
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.kernels.body import body_loads
@@ -17,6 +17,7 @@ from marine_mj.hydrodynamics.kernels.memory import (
     scratch,
     size_value,
 )
+from marine_mj.hydrodynamics.kernels.radiation import memory_rates
 
 mj_makeM = types.ExternalFunction("mj_makeM", types.void(types.voidptr, types.voidptr))
 mj_factorM = types.ExternalFunction("mj_factorM", types.void(types.voidptr, types.voidptr))
@@ -34,6 +35,22 @@ _DYNPRM = field("m", "actuator_dynprm")
 _WORK = 15 + 6 * len(t_.CAUSES)
 _INERTIAS = 36 * t_.INERTIAS
 _WRENCHES = 6 * len(t_.CAUSES)
+
+
+@njit
+def _table_start(model):
+    """Where the packed table starts in numeric_data; -1 for a model without one."""
+    count = size_value(model, _NUMERICS)
+    if count == 0:
+        return -1
+    start = ints(model, _NUMERIC_ADDRESS)[count - 1]
+    size = ints(model, _NUMERIC_SIZE)[count - 1]
+    if size < t_.FIXED_SIZE:
+        return -1
+    table = advance(floats(model, _NUMERIC_DATA), start)
+    if table[t_.H_MAGIC] != t_.MAGIC or table[t_.H_VERSION] != t_.VERSION:
+        return -1
+    return start if table[t_.H_LENGTH] <= size else -1
 
 
 def _source_digest() -> int:
@@ -55,18 +72,10 @@ def _compile(source: int):
     @cfunc(types.void(types.voidptr, types.voidptr), cache=True)
     def passive(model, data):
         """mjcb_passive: hydrodynamic loads and added mass; nothing on a model without table."""
-        count = size_value(model, _NUMERICS)
-        if count == 0 or source == 0:
+        start = _table_start(model)
+        if start < 0 or source == 0:
             return
-        address = ints(model, _NUMERIC_ADDRESS)[count - 1]
-        size = ints(model, _NUMERIC_SIZE)[count - 1]
-        if size < t_.FIXED_SIZE:
-            return
-        table = advance(floats(model, _NUMERIC_DATA), address)
-        if table[t_.H_MAGIC] != t_.MAGIC or table[t_.H_VERSION] != t_.VERSION:
-            return
-        if table[t_.H_LENGTH] > size:
-            return
+        table = advance(floats(model, _NUMERIC_DATA), start)
         mj_makeM(model, data)
         work, inertia = scratch(_WORK), scratch(_INERTIAS)
         nu, R, f = work, advance(work, 6), advance(work, 15)
@@ -101,8 +110,8 @@ def _compile(source: int):
     def act_dyn(model, data, actuator):
         """mjcb_act_dyn: rate of the activation of a `dyntype="user"` actuator.
 
-        dynprm: [law, time constant, fastest fall, fastest rise]; law 1 is a first-order lag with
-        rate limits.
+        dynprm: [law, ...]. Law 1 is a first-order lag with rate limits: [1, time constant, fastest
+        fall, fastest rise]. Law 2, radiation memory, writes its many rates itself: [2, record].
         """
         if source == 0:
             return 0.0
@@ -111,6 +120,11 @@ def _compile(source: int):
             act = floats(data, _ACT)[ints(model, _ACT_ADDRESS)[actuator]]
             rate = (floats(data, _CTRL)[actuator] - act) / prm[1]
             return min(max(rate, prm[2]), prm[3])
+        if prm[0] == t_.RADIATION_MEMORY:
+            start = _table_start(model)
+            if start >= 0:
+                table = advance(floats(model, _NUMERIC_DATA), start)
+                memory_rates(model, data, table, int(prm[1]), float_value(data, _TIME))
         return 0.0
 
     return passive, report, act_dyn
