@@ -142,18 +142,20 @@ class Memory:
                 "real parts: fit the memory again (marine_mj.hydrodynamics.fit_memory)"
             )
         sizes = np.abs(self.poles)
-        omega = np.geomspace(1e-3 * sizes.min(), 1e3 * sizes.max(), 700)
+        center = np.sqrt(sizes.min() * sizes.max())
+        omega = np.geomspace(1e-3 * sizes.min(), 1e3 * sizes.max(), 1000)
         K = self.retardation(omega).real
-        # one scale per degree of freedom, and at every frequency
-        scale = np.sqrt(np.maximum(np.abs(K).max(axis=0).diagonal(), 1e-300))
-        K = K / np.outer(scale, scale)
-        lowest = np.linalg.eigvalsh(K)[:, 0] / np.maximum(np.abs(K).max(axis=(1, 2)), 1e-12)
+        scale = np.sqrt(np.abs(K).max(axis=0).diagonal())
+        scale = np.maximum(scale, 1e-6 * max(scale.max(), 1e-300))
+        # Re K falls with omega^2 on both sides
+        weight = (omega / center) ** 2 + (center / omega) ** 2
+        lowest = np.linalg.eigvalsh(weight[:, None, None] * K / np.outer(scale, scale))[:, 0]
         worst = int(lowest.argmin())
         if lowest[worst] < -1e-6:
             raise ModelError(
-                f"the radiation memory is not passive: the smallest eigenvalue of Re K is "
-                f"{lowest[worst]:.3g} of the largest entry at {omega[worst]:.4g} rad/s, allowed is "
-                ">= 0; fit the memory again (marine_mj.hydrodynamics.fit_memory)"
+                f"the radiation memory is not passive: the smallest eigenvalue of the scaled Re K "
+                f"is {lowest[worst]:.3g} at {omega[worst]:.4g} rad/s, allowed is >= 0; fit the "
+                "memory again (marine_mj.hydrodynamics.fit_memory)"
             )
 
     def fits(self, omega: Array, added_mass: Array, damping: Array) -> tuple[PairFit, ...]:

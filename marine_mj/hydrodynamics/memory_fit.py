@@ -13,6 +13,8 @@ from marine_mj.hydrodynamics.vector_fitting import Complex, Residues, fit_poles
 TARGET_ERROR = 0.01
 #: Largest number of pole pairs per group of coupled degrees of freedom.
 MOST_POLES = 8
+#: Poles farther above the highest frequency stand for a wrong A(inf), not for memory.
+FARTHEST_POLE = 10.0
 #: Couplings below this share of the diagonal entries are panel noise: left out.
 NEGLIGIBLE = 1e-3
 
@@ -43,7 +45,8 @@ def _check_data(omega: Array, A: Array, B: Array, infinite: Array) -> None:
                 f"{skew[i, j]:.3g} of the diagonal, allowed is 0.05: zero speed and one origin for "
                 "forces and motions are needed"
             )
-    size = np.maximum(np.sqrt(np.abs(B).max(axis=0).diagonal()), 1e-300)
+    size = np.sqrt(np.abs(B).max(axis=0).diagonal())
+    size = np.maximum(size, 1e-6 * max(size.max(), 1e-300))
     lowest = np.linalg.eigvalsh(symmetric(B / np.outer(size, size)))[:, 0]
     worst = int(lowest.argmin())
     if lowest[worst] < -0.02:
@@ -117,6 +120,8 @@ def fit_memory(
         best: tuple[float, Complex, Complex] | None = None
         for count in range(2, min(most_poles, len(omega) // 3) + 1):
             poles = fit_poles(omega, H, count)
+            if np.abs(poles).max() > FARTHEST_POLE * omega[-1]:
+                continue
             values = Residues(omega, H, poles, len(group)).passive()
             if values is None:
                 continue
@@ -131,12 +136,12 @@ def fit_memory(
         if best is None:
             raise ModelError(
                 f"no passive radiation memory was found in {', '.join(DOFS[d] for d in group)} "
-                f"with 2 to {most_poles} poles: give the wave database more frequencies, or allow "
-                "more poles"
+                f"with 2 to {most_poles} poles: check infinite_added_mass, give the wave database "
+                "more frequencies, or allow more poles"
             )
         all_poles.append(best[1])
         all_residues.append(best[2])
     memory = Memory(infinite, np.concatenate(all_poles), np.concatenate(all_residues))
-    memory.check()
     memory.check_fit(omega, A, B, allowed)
+    memory.check()
     return memory

@@ -18,7 +18,7 @@ RELOCATIONS = 30
 #: Rounds of adding the frequencies at which the last residues were not passive.
 CUTS = 40
 #: Smallest eigenvalue that the cuts ask for, of the scaled Re K (1 is its usual size).
-MARGIN = 1e-5
+MARGIN = 1e-4
 
 
 def basis(s: Complex, poles: Complex) -> Complex:
@@ -100,7 +100,9 @@ class Residues:
         self.map = null @ np.linalg.inv(triangle)  # residues (2 p, k) = map @ u
         self.u = Q.T @ _stacked(H)
         center = np.sqrt(omega[0] * omega[-1])
-        self.grid = center * np.geomspace(1e-3, 1e3, 700)
+        far = np.geomspace(1e-3, 0.03, 150, endpoint=False)
+        near = np.geomspace(0.03, 1 / 0.03, 2000)  # dense, so that nothing hides between
+        self.grid = center * np.concatenate([far, near, 1 / far[::-1]])
         # Re K falls with omega^2 on both sides: scaled so that the ends count as the middle
         weight = (self.grid / center) ** 2 + (center / self.grid) ** 2
         self.real = weight[:, None] * (basis(1j * self.grid, poles).real @ self.map)
