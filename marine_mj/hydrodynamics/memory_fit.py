@@ -14,7 +14,7 @@ TARGET_ERROR = 0.01
 #: Largest number of pole pairs per group of coupled degrees of freedom.
 MOST_POLES = 8
 #: Poles farther above the highest frequency stand for a wrong A(inf), not for memory.
-FARTHEST_POLE = 10.0
+FARTHEST_POLE = 4.0
 #: Couplings below this share of the diagonal entries are panel noise: left out.
 NEGLIGIBLE = 1e-3
 
@@ -45,6 +45,12 @@ def _check_data(omega: Array, A: Array, B: Array, infinite: Array) -> None:
                 f"{skew[i, j]:.3g} of the diagonal, allowed is 0.05: zero speed and one origin for "
                 "forces and motions are needed"
             )
+    smallest = float(np.linalg.eigvalsh(symmetric(infinite))[0])
+    if smallest < -1e-6 * np.abs(infinite).max():
+        raise ModelError(
+            f"A(inf) of the radiation data has the eigenvalue {smallest:.4g}, allowed is >= 0: it "
+            "must be the added mass at infinite frequency about the same origin"
+        )
     size = np.sqrt(np.abs(B).max(axis=0).diagonal())
     size = np.maximum(size, 1e-6 * max(size.max(), 1e-300))
     lowest = np.linalg.eigvalsh(symmetric(B / np.outer(size, size)))[:, 0]
@@ -101,8 +107,9 @@ def fit_memory(
         most_poles: largest number of pole pairs per group of coupled degrees of freedom.
 
     Raises:
-        ModelError: the data have other shapes, are not symmetric within 5 %, or have damping with
-            a negative eigenvalue beyond 2 %; or the fit of a pair is worse than `allowed`.
+        ModelError: the data have other shapes, are not symmetric within 5 %, have damping with a
+            negative eigenvalue beyond 2 % or a negative A(inf); or the fit of a pair is worse than
+            `allowed`.
     """
     omega = np.asarray(omega, dtype=float)
     A, B = np.asarray(added_mass, dtype=float), np.asarray(damping, dtype=float)

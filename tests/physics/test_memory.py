@@ -17,6 +17,7 @@ from marine_mj.hydrodynamics import (
     start_in_waves,
     write_environment,
 )
+from marine_mj.hydrodynamics.raos import database_path, read_responses
 from marine_mj.hydrodynamics.stability import largest_timestep
 from marine_mj.library import find_model
 from marine_mj.validation import radiation as cases
@@ -26,10 +27,13 @@ USV = "dus_v5750"
 
 @pytest.mark.parametrize(("index", "column"), [(20, 0), (30, 2)])  # 2.3 s ahead, 2 s oblique
 def test_regular_waves_give_the_rao(index, column):
-    ratio, name = cases.response(index, column), cases.DOFS_OF[column]
-    for dof in name:
-        # measured: within 0.7 % and 1.0 deg, the viscous damping of surge and sway included
-        assert abs(abs(ratio[dof]) - 1) < 0.02, dof
+    rao = read_responses(database_path("dus_v5750_box.nc"), "motion")[2][index, column]
+    got = cases.response(index, column)
+    for dof in cases.DOFS_OF[column]:
+        ratio = got / rao
+        # measured: within 0.31 % and 0.72 deg (0.5 and 0.7 deg of it the hull friction of surge and
+        # sway, which the RAO has not)
+        assert abs(abs(ratio[dof]) - 1) < 0.01, dof
         assert abs(np.degrees(np.angle(ratio[dof]))) < 3, dof
 
 
@@ -37,8 +41,8 @@ def test_regular_waves_give_the_rao(index, column):
 @pytest.mark.parametrize("dof", [2, 3, 4])
 def test_decay_is_the_inverse_transform_of_the_frequency_response(dof, integrator):
     got, expected = cases.decay(dof, integrator)
-    # measured: heave 1.4 %, roll 0.5 %, pitch 1.1 % of the largest
-    assert np.abs(got - expected).max() < 0.02 * np.abs(expected).max()
+    # measured: 0.9 % of the largest; 0.5 % with RK4
+    assert np.abs(got - expected).max() < 0.015 * np.abs(expected).max()
 
 
 def rates(model, data):
@@ -51,7 +55,7 @@ def rates(model, data):
     nu = np.concatenate([R.T @ v, R.T @ data.xmat[1].reshape(3, 3) @ data.qvel[3:6]])
     h = model.opt.timestep
     Phi, Gamma = database_memory("dus_v5750_box.nc").discrete(h)
-    return A @ data.act + B @ nu, (Phi @ data.act + Gamma @ nu - data.act) / h, nu
+    return A @ data.act + B @ nu, (Phi @ data.act + Gamma @ nu - data.act) / h
 
 
 @pytest.mark.parametrize("integrator", [0, 1, 2, 3])  # Euler, RK4, implicit, implicitfast
@@ -63,7 +67,7 @@ def test_rates_and_force_of_a_random_state(integrator):
     data.qpos[3:7] = np.array([0.7, 0.1, -0.15, 0.69]) / np.linalg.norm([0.7, 0.1, -0.15, 0.69])
     data.qvel[:6] = rng.normal(size=6)
     data.act[:] = rng.normal(size=model.na)
-    continuous, held, _ = rates(model, data)
+    continuous, held = rates(model, data)
     rk4 = integrator == mujoco.mjtIntegrator.mjINT_RK4
     expected = continuous if rk4 else held
     # measured 4e-14
@@ -92,7 +96,7 @@ def test_radiation_takes_no_net_energy_from_any_motion():
         work += model.opt.timestep * marine_mj.wrenches(model, data)["hull"]["radiation"] @ nu
         highest = max(highest, work)
         mujoco.mj_step(model, data)
-    # measured: highest -2e2 J (after the first step), -8e6 J at the end
+    # measured: highest -0.5 J (after the first step), -2.7e6 J at the end
     assert highest < 0 and work < -1e5
 
 
@@ -170,7 +174,7 @@ def test_start_leaves_no_transient():
     fresh = mujoco.MjData(model)
     fresh.time = data.time
     start_in_waves(model, fresh)
-    # measured 1.0 % of the largest state; from zero it would be 100 %
+    # measured 0.9 % of the largest state; from zero it would be 100 %
     assert np.abs(fresh.act - long).max() < 0.03 * size
 
 
@@ -184,7 +188,7 @@ def test_start_in_a_current_is_steady():
     data.qvel[0] = 0.01
     mujoco.mj_step(model, data)
     sudden = marine_mj.wrenches(model, data)["hull"]["radiation"]
-    # K(0) = 0: measured 2e-11 N, against 4 N after one step of a sudden start
+    # K(0) = 0: measured 3e-13 N, against 53 N after one step of a sudden start
     assert np.abs(moving).max() < 1e-6 < 1.0 < np.abs(sudden).max()
 
 
@@ -205,11 +209,11 @@ def test_time_step_bound(integrator):
     model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
     bound = largest_timestep(model, body, BodySettings())
     ends = []
-    for factor in (0.98, 1.3):
+    for factor in (0.98, 1.15):
         model.opt.timestep = factor * bound
         data = mujoco.MjData(model)
         data.qvel[:6] = 1e-6
         mujoco.mj_step(model, data, 300)
         ends.append(np.abs(data.qvel[2:5]).max())
-    # measured: 7e-16 and 1e+3 or more (the quadratic damping stops it)
+    # measured: 4e-14 and 2e-13, and NaN
     assert ends[0] < 1e-6 and not ends[1] < 1e-3
