@@ -1,7 +1,8 @@
 """Wave database of the DUS V5750 box by Capytaine: `python assets/make_dus_v5750_box.py`.
 
-Writes `assets/dus_v5750_box.nc`: added mass, radiation damping, wave excitation, hydrostatics and
-motion RAOs of a 5 x 1.5 m box at 0.3 m draft. Needs the extra `bem`; takes a few minutes.
+Writes `assets/dus_v5750_box.nc`: added mass, radiation damping, wave excitation, hydrostatics,
+motion RAOs and the fitted radiation memory of a 5 x 1.5 m box at 0.3 m draft. Needs the extra
+`bem`; takes a few minutes.
 
 Conventions are Capytaine's: body axes x forward, y port, z up about the origin (mid-box on the
 still water line, also the centre of mass), `wave_direction` the direction of travel in rad
@@ -14,6 +15,8 @@ from pathlib import Path
 import capytaine as cpt
 import numpy as np
 import xarray as xr
+
+from marine_mj.hydrodynamics.fit_database import store_memory
 
 LENGTH, BEAM, DRAFT = 5.0, 1.5, 0.3  # m
 WATER_DENSITY, GRAVITY = 1025.0, 9.81  # kg/m3, m/s2
@@ -214,6 +217,7 @@ def main() -> None:
         if data[name].ndim
     }
     data.to_netcdf(path, engine="h5netcdf", encoding=encoding)
+    store_memory(path)
     print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB")
 
 
