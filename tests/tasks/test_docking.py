@@ -75,7 +75,7 @@ def test_allocation_of_the_model_gives_the_wrench_mujoco_applies(calm_env):
     commands, achieved = allocator.allocate(np.array([20.0, 5.0, -10.0, 1.0, 2.0, -1.0]))
     np.testing.assert_allclose(achieved, [20.0, 5.0, -10.0, 1.0, 2.0, -1.0], atol=1e-4)
     physics.data.act[:8] = commands  # behind them: the radiation memory of the carrier
-    physics.data.ctrl[:] = commands
+    physics.data.ctrl[:8] = commands
     mujoco.mj_forward(physics.model.ptr, physics.data.ptr)
     reader = physics.reader("auv")
     force = physics.data.qfrc_actuator[reader.qvel : reader.qvel + 6].copy()

@@ -14,6 +14,7 @@ import marine_mj
 from marine_mj.errors import ModelError
 from marine_mj.hydrodynamics import Memory, database_memory, fit_memory, load
 from marine_mj.hydrodynamics.fit_database import store_memory
+from marine_mj.hydrodynamics.memory_pack import memory_element
 from marine_mj.hydrodynamics.memory_store import memory_report, read_radiation
 
 FILE = "dus_v5750_box.nc"
@@ -281,6 +282,24 @@ def test_settings_that_do_not_go_together():
         floating(FILE, radiation="exact")
     with pytest.raises(ModelError, match="radiation 'memory' of 'a' needs the motion 'dynamic'"):
         floating(FILE, radiation="memory", motion="rao")
+
+
+def test_body_without_a_joint_of_its_own_is_refused():
+    xml = (
+        "<mujoco><custom>"
+        f'<text name="b.wave_database" data="{FILE}"/>'
+        '<numeric name="b.added_mass_flu" data="1 1 1 1 1 1"/></custom><worldbody>'
+        '<body name="a"><freejoint/><geom size="1" mass="2306"/>'
+        '<body name="b"><geom size="1" mass="1"/></body></body></worldbody></mujoco>'
+    )
+    with pytest.raises(ModelError, match="'b' has radiation memory but no joint of its own"):
+        marine_mj.load_xml(xml)
+
+
+def test_more_poles_than_the_kernel_has_room_for():
+    many = Memory(np.eye(6), np.full(49, -1 + 1j), np.zeros((49, 6, 6), dtype=complex))
+    with pytest.raises(ModelError, match="memory of 'a' has 49 poles, allowed are 48"):
+        memory_element(mujoco.MjModel.from_xml_string("<mujoco/>"), "a", many)
 
 
 def test_disabled_actuation_is_refused():
