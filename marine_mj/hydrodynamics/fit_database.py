@@ -26,7 +26,8 @@ def store_memory(path: str | Path) -> Memory:
     import xarray as xr
 
     path = Path(path)
-    data, _ = read_radiation(path)
+    read_radiation.cache_clear()  # the file may have changed since
+    data, _ = read_radiation(path.resolve())
     memory = fit_memory(
         data["omega"], data["added_mass"], data["radiation_damping"], data["infinite"]
     )

@@ -18,8 +18,9 @@ _POLES = ("complex", "memory_pole")
 VARIABLES = {"memory_poles": _POLES, "memory_residues": (*_POLES, *_PAIR)}
 
 
+@lru_cache(maxsize=16)
 def read_radiation(path: Path) -> tuple[dict[str, Array], dict[str, Complex]]:
-    """Radiation data and the stored model of a wave database, FLU.
+    """Radiation data and the stored model of a wave database, FLU; read once.
 
     Returns:
         {omega (n,), added_mass (n, 6, 6), radiation_damping (n, 6, 6), infinite (6, 6)}, with
@@ -83,25 +84,18 @@ def _memory(path: Path) -> tuple[Memory, tuple[PairFit, ...]]:
         ) from error
 
 
-@lru_cache(maxsize=16)
-def _has_data(path: Path) -> bool:
-    """Whether A(inf) stands in a file."""
-    import xarray as xr
-
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as file:
-            return "infinite_added_mass" in file or bool(np.isinf(file["omega"]).any())
-    except (OSError, KeyError, ValueError):
-        return False
-
-
 def has_memory_data(name: str) -> bool:
-    """Whether a wave database has A(inf), which a radiation memory needs.
+    """Whether a wave database has A, B and A(inf), which a radiation memory needs.
 
     Raises:
         ModelError: the database does not exist.
     """
-    return _has_data(database_path(name))
+    path = database_path(name)
+    try:
+        read_radiation(path)
+    except ModelError:
+        return False
+    return True
 
 
 def database_memory(name: str) -> Memory:
