@@ -1,8 +1,8 @@
 """Wave database of the DUS V5750 box by Capytaine: `python assets/make_dus_v5750_box.py`.
 
 Writes `assets/dus_v5750_box.nc`: added mass, radiation damping, wave excitation, hydrostatics,
-motion RAOs and mean wave drift of a 5 x 1.5 m box at 0.3 m draft. Needs the extra `bem`; takes a
-few minutes.
+motion RAOs, mean wave drift and the fitted radiation memory of a 5 x 1.5 m box at 0.3 m draft.
+Needs the extra `bem`; takes a few minutes.
 
 Conventions are Capytaine's: body axes x forward, y port, z up about the origin (mid-box on the
 still water line, also the centre of mass), `wave_direction` the direction of travel in rad
@@ -18,6 +18,7 @@ import xarray as xr
 from capytaine.io.xarray import assemble_dataset, problems_from_dataset
 
 from marine_mj.hydrodynamics.bem.drift import mean_drift_force
+from marine_mj.hydrodynamics.fit_database import store_memory
 
 LENGTH, BEAM, DRAFT = 5.0, 1.5, 0.3  # m
 WATER_DENSITY, GRAVITY = 1025.0, 9.81  # kg/m3, m/s2
@@ -228,6 +229,7 @@ def main() -> None:
         if data[name].ndim
     }
     data.to_netcdf(path, engine="h5netcdf", encoding=encoding)
+    store_memory(path)
     print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB")
 
 

@@ -110,6 +110,36 @@ def _single_vehicle() -> list[Row]:
     ]
 
 
+def _floating_vessel() -> list[Row]:
+    """One USV with radiation memory: plain `mj_step` of the same model against calm and waves."""
+    spec = mujoco.MjSpec.from_file(str(find_model("dus_v5750")))
+    for numeric in list(spec.numerics):
+        spec.delete(numeric)
+    spec.option.timestep = TIMESTEP
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    sea = Environment(waves=irregular_sea(1.1, 5.515, components=100, seed=1))
+    models = {
+        "plain": spec.compile(),
+        "usv_constant": load("dus_v5750", settings={"hull": {"radiation": "constant"}}),
+        "usv_memory": load("dus_v5750"),
+        "usv_memory_waves_100": load("dus_v5750", sea),
+    }
+    models["plain"].opt.gravity[:] = 0  # it would fall out of the numbers' range
+    best = dict.fromkeys(models, np.inf)
+    for _ in range(ROUNDS):
+        for name, model in models.items():
+            best[name] = min(best[name], _seconds(model, _start(model, depth=0.0)))
+    plain = best.pop("plain")
+    ratio = {name: seconds / plain for name, seconds in best.items()}
+    unit, metric = "1", "ratio_to_plain_mj_step"
+    return [
+        Row("usv_plain", "time_per_step", plain * 1e6, "us"),
+        Row("usv_constant", metric, ratio["usv_constant"], unit),
+        _at_most("usv_memory", metric, ratio["usv_memory"], unit, 2.0),
+        Row("usv_memory_waves_100", metric, ratio["usv_memory_waves_100"], unit),
+    ]
+
+
 def _docking_scene() -> list[Row]:
     """AUV with strips, USV, cradle, 100 components: on the approach and pressed into the seat.
 
@@ -215,6 +245,7 @@ def _first_step() -> list[Row]:
 
 CASES: dict[str, Callable[[], list[Row]]] = {
     "one vehicle": _single_vehicle,
+    "floating vessel": _floating_vessel,
     "docking scene": _docking_scene,
     "batch": _batch,
     "docking campaign": _campaign,

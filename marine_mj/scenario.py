@@ -133,6 +133,8 @@ class Vehicle(Settings):
         motion: "free": by all its forces; "rao": moved by its motion RAOs; "dynamic": by wave
             excitation, restoring and damping from its force RAOs; left out: "dynamic" if the
             model has RAOs, else "free".
+        radiation: of a "dynamic" vehicle: "memory" of the water (Cummins' equation), or "constant"
+            added mass and damping; left out: "memory" if its wave database has what that needs.
         dock: name of the dock folder that the vehicle carries at its site `dock_mount`.
         actuation: "thrusters" of the model, or an ideal "wrench" at the body origin.
         wrench_low_frd, wrench_high_frd: limits of the ideal wrench, N and N m, FRD.
@@ -153,6 +155,7 @@ class Vehicle(Settings):
     heading_deg: float = 0.0
     velocity_frd: Vector6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     motion: Literal["free", "rao", "dynamic"] | None = None
+    radiation: Literal["memory", "constant"] | None = None
     dock: str | None = None
     actuation: Literal["thrusters", "wrench"] = "thrusters"
     wrench_low_frd: Vector6 = _WRENCH_LOW

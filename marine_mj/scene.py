@@ -158,6 +158,7 @@ def body_settings(scenario: Scenario, spec: mujoco.MjSpec) -> dict[str, dict[str
     return {
         name: {
             "motion": vehicle.motion,
+            "radiation": vehicle.radiation,
             "froude_krylov": vehicle.froude_krylov,
             "convective": vehicle.convective,
             "strips": vehicle.strips,

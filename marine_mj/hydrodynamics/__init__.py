@@ -3,6 +3,9 @@
 from marine_mj.hydrodynamics.check import Check, check_model
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
 from marine_mj.hydrodynamics.loader import compile_spec, load, load_xml, write_environment
+from marine_mj.hydrodynamics.memory import Memory
+from marine_mj.hydrodynamics.memory_fit import fit_memory
+from marine_mj.hydrodynamics.memory_store import database_memory
 from marine_mj.hydrodynamics.pack import BodySettings, pack_table
 from marine_mj.hydrodynamics.start import start_in_waves
 
@@ -10,8 +13,11 @@ __all__ = [
     "BodyCoefficients",
     "BodySettings",
     "Check",
+    "Memory",
     "check_model",
     "compile_spec",
+    "database_memory",
+    "fit_memory",
     "load",
     "load_xml",
     "pack_table",

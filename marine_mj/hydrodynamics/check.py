@@ -11,7 +11,9 @@ from marine_mj.frames import Array, euler_from_quaternion, flip_quaternion
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
 from marine_mj.hydrodynamics.inertia import subtree_inertia
 from marine_mj.hydrodynamics.loader import load
-from marine_mj.hydrodynamics.pack import BodySettings
+from marine_mj.hydrodynamics.memory import ALLOWED_ERROR, Memory
+from marine_mj.hydrodynamics.memory_store import memory_report
+from marine_mj.hydrodynamics.pack import BodySettings, memory_of
 from marine_mj.hydrodynamics.stability import largest_timestep
 from marine_mj.library import find_model
 
@@ -52,7 +54,9 @@ def _submerged(body: BodyCoefficients, mass: float, center: Array, M: Array) -> 
         yield Check(f"natural period, {_DOFS[axis]}", period, "s", "", None)
 
 
-def _floating(body: BodyCoefficients, mass: float, M: Array) -> Iterator[Check]:
+def _floating(
+    body: BodyCoefficients, mass: float, M: Array, memory: Memory | None
+) -> Iterator[Check]:
     """Metacentric heights and natural periods of a floating body."""
     G = np.asarray(body.restoring)
     weight = mass * GRAVITY
@@ -65,8 +69,21 @@ def _floating(body: BodyCoefficients, mass: float, M: Array) -> Iterator[Check]:
         yield Check(name, height, "m", "> 0", bool(height > 0))
     for axis in (2, 3, 4):
         if G[axis, axis] > 0:
-            period = 2 * np.pi * np.sqrt(M[axis, axis] / G[axis, axis])
-            yield Check(f"natural period, {_DOFS[axis]}", period, "s", "", None)
+            omega = np.sqrt(G[axis, axis] / M[axis, axis])
+            for _ in range(50 if memory is not None else 0):  # M grows by that of the memory
+                assert memory is not None
+                extra = memory.retardation(np.array([omega]))[0, axis, axis].imag / omega
+                omega = np.sqrt(G[axis, axis] / (M[axis, axis] + extra))
+            yield Check(f"natural period, {_DOFS[axis]}", 2 * np.pi / omega, "s", "", None)
+
+
+def _memory(body: BodyCoefficients, memory: Memory) -> Iterator[Check]:
+    """Order and fit of the radiation memory."""
+    yield Check("states of the radiation memory", memory.states, "1", "", None)
+    for pair in memory_report(str(body.wave_database)):
+        name = f"fit of {pair.name}, order {pair.order}: error"
+        fine = pair.error <= ALLOWED_ERROR
+        yield Check(name, 100 * pair.error, "%", f"<= {100 * ALLOWED_ERROR:g}", fine)
 
 
 def _rest(model: mujoco.MjModel, body: str, seconds: float = 30.0) -> Iterator[Check]:
@@ -113,9 +130,11 @@ def check_model(name: str) -> list[Check]:
     for body in bodies:
         index = model.body(body.name).id
         mass, center, rigid = subtree_inertia(model, index)
-        M = rigid + body.added_mass
+        memory = memory_of(body, BodySettings())
+        added = body.added_mass if memory is None else memory.infinite_added_mass
+        M = rigid + added
         rows.append(Check(f"{body.name}: mass", mass, "kg", "> 0", mass > 0))
-        eigenvalues = np.linalg.eigvalsh(body.added_mass)
+        eigenvalues = np.linalg.eigvalsh(added)
         lowest = float(eigenvalues[0])
         rows.append(
             Check("smallest eigenvalue of M_A", lowest, "kg, kg m2", ">= 0", lowest >= -1e-9)
@@ -123,12 +142,14 @@ def check_model(name: str) -> list[Check]:
         rows.append(Check("largest eigenvalue of M_A", float(eigenvalues[-1]), "kg", "", None))
         for axis in range(6):
             if rigid[axis, axis] > 0:
-                ratio = body.added_mass[axis, axis] / rigid[axis, axis]
+                ratio = added[axis, axis] / rigid[axis, axis]
                 rows.append(Check(f"M_A / M_RB, {_DOFS[axis]}", float(ratio), "-", "", None))
         if body.restoring is not None:
-            rows += _floating(body, mass, M)
+            rows += _floating(body, mass, M, memory)
         elif body.displaced_volume or body.buoyancy:
             rows += _submerged(body, mass, center, M)
+        if memory is not None:
+            rows += _memory(body, memory)
         bound = largest_timestep(model, body, BodySettings())
         step = model.opt.timestep
         rows.append(

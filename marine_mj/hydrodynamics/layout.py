@@ -59,6 +59,7 @@ DATA_FIELDS = (
     "ncon",
     "contact",
     "sensordata",
+    "act_dot",
 )
 #: Members of a contact, behind those of the data; the last number is the size of the struct.
 CONTACT_FIELDS = ("geom", "size")

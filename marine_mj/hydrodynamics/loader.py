@@ -13,8 +13,9 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
+from marine_mj.hydrodynamics.memory_pack import MEMORY_PREFIX
 from marine_mj.hydrodynamics.native import install, table_of
-from marine_mj.hydrodynamics.pack import BodySettings, pack_table
+from marine_mj.hydrodynamics.pack import BodySettings, memory_of, pack_table
 from marine_mj.hydrodynamics.stability import check_timestep
 from marine_mj.library import find_model
 
@@ -119,6 +120,51 @@ def _set_numeric(spec: mujoco.MjSpec, values: Array) -> None:
     spec.add_numeric(name=t_.NAME, data=values, size=len(values))
 
 
+#: Actuator group of the memory: one that nobody disables for other reasons.
+_MEMORY_GROUP = 30
+
+
+def _add_memory(
+    spec: mujoco.MjSpec, bodies: Sequence[BodyCoefficients], settings: Mapping[str, BodySettings]
+) -> None:
+    """An actuator without force for every body with radiation memory: it holds the states."""
+    for actuator in list(spec.actuators):
+        if actuator.name.startswith(MEMORY_PREFIX):
+            spec.delete(actuator)
+    for number, body in enumerate(bodies):
+        memory = memory_of(body, settings.get(body.name, BodySettings()))
+        if memory is None or memory.states == 0:
+            continue
+        option = spec.option
+        if option.disableflags & _DISABLE.mjDSBL_ACTUATION or (
+            option.disableactuator & 1 << _MEMORY_GROUP
+        ):
+            raise ModelError(
+                f"actuation, or the actuator group {_MEMORY_GROUP}, is disabled: the radiation "
+                f"memory of {body.name!r} would stand still; enable it in <option>, or simulate "
+                "with radiation 'constant'"
+            )
+        joints = spec.body(body.name).joints
+        if not joints:
+            raise ModelError(
+                f"{body.name!r} has radiation memory but no joint of its own: give it a free "
+                "joint, or simulate it with radiation 'constant'"
+            )
+        joints[0].name = joints[0].name or MEMORY_PREFIX + body.name
+        spec.add_actuator(
+            name=MEMORY_PREFIX + body.name,
+            trntype=mujoco.mjtTrn.mjTRN_JOINT,
+            target=joints[0].name,
+            gear=np.zeros(6),
+            dyntype=mujoco.mjtDyn.mjDYN_USER,
+            dynprm=[t_.RADIATION_MEMORY, number, *np.zeros(8)],
+            actdim=memory.states,
+            gainprm=np.zeros(10),
+            ctrllimited=False,
+            group=_MEMORY_GROUP,
+        )
+
+
 def compile_spec(
     spec: mujoco.MjSpec,
     environment: Environment | None = None,
@@ -158,6 +204,7 @@ def compile_spec(
             f"gravity of the model is {gravity:g} m/s2 but {environment.gravity:g} in the "
             "environment; allowed is the same in both"
         )
+    _add_memory(spec, bodies, chosen)
     # once for the addresses, once more with the table that needs them
     plain = spec.compile()
     _set_numeric(spec, pack_table(plain, bodies, environment, chosen))

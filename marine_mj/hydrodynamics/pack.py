@@ -14,9 +14,13 @@ from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.coefficients import ZERO, BodyCoefficients
 from marine_mj.hydrodynamics.drift import Drift, drift_of, mean_drift
 from marine_mj.hydrodynamics.inertia import subtree_inertia
+from marine_mj.hydrodynamics.memory import Memory
+from marine_mj.hydrodynamics.memory_pack import memory_element
+from marine_mj.hydrodynamics.memory_store import database_memory, has_memory_data
 from marine_mj.hydrodynamics.raos import radiation, responses
 
 Motion = Literal["free", "dynamic", "rao"]
+Radiation = Literal["memory", "constant"]
 #: Headings for which the exciting forces of a floating body are tabulated.
 HEADINGS = 24
 #: Headings for which wave drift is tabulated: forces like c|c| bend sharply in beam and head seas.
@@ -33,6 +37,9 @@ class BodySettings:
     Attributes:
         motion: "dynamic" (wave forces from force RAOs), "rao" (plays back motion RAOs whatever
             touches it), "free" (no RAO table); None: "dynamic" with a wave database, else "free".
+        radiation: of a "dynamic" body: "memory" (Cummins' equation with A(inf) and states for
+            the memory of the water), or "constant" added mass and damping chosen for the sea;
+            None: "memory" where the wave database has A(inf), else "constant".
         strips: False reduces a slender body to one point with its lumped damping.
         froude_krylov: undisturbed wave pressure on the displaced volume.
         convective: material acceleration of the water; False: its local time derivative.
@@ -47,15 +54,14 @@ class BodySettings:
     convective: bool = True
     constant_buoyancy: bool = False
     drift: Drift | None = None
+    radiation: Radiation | None = None
 
     def __post_init__(self) -> None:
-        """Check the motion and the drift."""
-        if self.drift is not None and self.drift not in get_args(Drift):
-            raise ModelError(f"drift is {self.drift!r}, allowed are {', '.join(get_args(Drift))}")
-        if self.motion is not None and self.motion not in get_args(Motion):
-            raise ModelError(
-                f"motion is {self.motion!r}, allowed are {', '.join(get_args(Motion))}"
-            )
+        """Check the names."""
+        for name, kinds in (("motion", Motion), ("drift", Drift), ("radiation", Radiation)):
+            value = getattr(self, name)
+            if value is not None and value not in get_args(kinds):
+                raise ModelError(f"{name} is {value!r}, allowed are {', '.join(get_args(kinds))}")
 
 
 def motion_of(body: BodyCoefficients, settings: BodySettings) -> Motion:
@@ -71,6 +77,29 @@ def motion_of(body: BodyCoefficients, settings: BodySettings) -> Motion:
             f'<text name="{body.name}.wave_database" data="FILE.nc"/>'
         )
     return motion
+
+
+def memory_of(body: BodyCoefficients, settings: BodySettings) -> Memory | None:
+    """The radiation memory a body is simulated with; see `BodySettings.radiation`.
+
+    Raises:
+        ModelError: memory is asked for and the body is not "dynamic", or its wave database lacks
+            what it needs or cannot be fitted.
+    """
+    motion = motion_of(body, settings)
+    if motion != "dynamic":
+        if settings.radiation == "memory":
+            raise ModelError(
+                f"radiation 'memory' of {body.name!r} needs the motion 'dynamic', it is "
+                f"{motion!r}: leave radiation out"
+            )
+        return None
+    name = str(body.wave_database)
+    if settings.radiation == "constant" or (
+        settings.radiation is None and not has_memory_data(name)
+    ):
+        return None
+    return database_memory(name)
 
 
 class _Table:
@@ -259,9 +288,12 @@ def _elements(
     environment: Environment,
     motion: Motion,
     drift: Drift,
+    memory: Memory | None,
 ) -> list[tuple[float, Array]]:
     """(kind, parameters) of every element of a body."""
     found: list[tuple[float, Array]] = []
+    if memory is not None and memory.states:
+        found.append((t_.MEMORY, memory_element(model, body.name, memory)))
     if body.restoring is not None:
         mass, center, _ = subtree_inertia(model, index)
         weight = mass * environment.gravity
@@ -336,7 +368,10 @@ def _record(
         quadratic = body.quadratic_damping_lumped
     p[t_.B_HALF_HEIGHT] = 0.0 if settings.constant_buoyancy else half_height
     added_mass, linear = body.added_mass, body.linear_damping
-    if motion == "dynamic" and len(environment.waves.omega):
+    memory = memory_of(body, settings)
+    if memory is not None:
+        added_mass, linear = memory.infinite_added_mass, body.viscous_damping
+    elif motion == "dynamic" and len(environment.waves.omega):
         added_mass, linear = radiation(
             str(body.wave_database),
             environment.waves,
@@ -352,7 +387,7 @@ def _record(
     drift: Drift = "none"  # calm water needs no database
     if settings.drift or len(environment.waves.omega):
         drift = drift_of(body, settings.drift, motion)
-    elements = _elements(model, table, body, index, environment, motion, drift)
+    elements = _elements(model, table, body, index, environment, motion, drift, memory)
     p[t_.B_ELEMENTS] = len(elements)
     p[t_.B_ELEMENT_DATA] = table.length
     for kind, data in elements:

@@ -53,7 +53,7 @@ def _variables(path: Path, wanted: Mapping[str, tuple[str, ...]]) -> list[Array]
 
 
 @lru_cache(maxsize=16)
-def _read(path: Path, response: str) -> tuple[Array, Array, NDArray[np.complex128]]:
+def read_responses(path: Path, response: str) -> tuple[Array, Array, NDArray[np.complex128]]:
     """omega (n,), wave direction (m,) and complex response (n, m, 6), per metre of amplitude."""
     variable, dof = RESPONSES[response]
     axes = ("complex", "omega", "wave_direction", dof)
@@ -158,7 +158,7 @@ def responses(name: str, response: str, waves: WaveField, yaw: float) -> NDArray
     Raises:
         ModelError: the database does not exist or lacks the response.
     """
-    omega, direction, table = _read(database_path(name), response)
+    omega, direction, table = read_responses(database_path(name), response)
     relative = np.mod(waves.direction - yaw, 2 * np.pi)
     # periodic in direction
     order = np.argsort(np.mod(direction, 2 * np.pi))

@@ -57,15 +57,27 @@ B_ADDED_MASS, B_LINEAR, B_QUADRATIC = 24, 60, 96
 B_FIXED_SIZE = 132
 
 # elements: force laws that only some bodies have. Each starts with its kind and its length.
-RESTORING, EXCITATION, PRESCRIBED, WIND, TANK = 1.0, 2.0, 3.0, 4.0, 5.0
+RESTORING, EXCITATION, PRESCRIBED, WIND, TANK, MEMORY = 1.0, 2.0, 3.0, 4.0, 5.0, 6.0
 DRIFT = 8.0
 EL_KIND, EL_SIZE, EL_DATA = 0, 1, 2
 #: Modes of the drift element.
 DRIFT_MODES = {"mean": 0.0, "slow": 1.0}
+# memory: address of the states in data.act, numbers of poles and of groups; then, over the poles,
+# Re and Im of lambda and of 1 / lambda; then the groups
+MM_ADDRESS, MM_POLES, MM_GROUPS, MM_DATA = 0, 1, 2, 3
+# group: numbers of degrees of freedom and of poles, its first pole, its degrees of freedom; then
+# Re r and Im r over the poles, for every driving and every answering degree of freedom
+MG_DOFS, MG_POLES, MG_FIRST, MG_DOF, MG_RESIDUES = 0, 1, 2, 3, 9
+#: Most poles of one body.
+MAX_POLES = 48
 
 #: What the wrench on a body is reported by, in the order of the kernel's accumulators.
-CAUSES = ("added_mass", "damping", "restoring", "waves", "wind", "ballast", "prescribed")
+CAUSES = (
+    *("added_mass", "damping", "restoring", "waves", "wind", "ballast", "prescribed"),
+    "radiation",
+)
 C_ADDED_MASS, C_DAMPING, C_RESTORING, C_WAVES, C_WIND, C_BALLAST, C_PRESCRIBED = range(7)
+C_RADIATION = 7
 #: Inertia matrices beside the rigid body's: added mass, ballast, prescribed motion.
 M_ADDED, M_BALLAST, M_PRESCRIBED, INERTIAS = 0, 1, 2, 3
 #: Length of the report of one body: wrenches by cause, then the inertia matrices.
@@ -73,3 +85,4 @@ REPORT_SIZE = 6 * len(CAUSES) + 36 * INERTIAS
 
 # laws of user activations (first entry of actuator_dynprm)
 RATE_LIMITED_LAG = 1.0
+RADIATION_MEMORY = 2.0  # second entry: number of the body's record

@@ -7,7 +7,15 @@ import json
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from marine_mj.validation import analysis, drift, estimates, physics, vehicles, waves
+from marine_mj.validation import (
+    analysis,
+    drift,
+    estimates,
+    physics,
+    radiation,
+    vehicles,
+    waves,
+)
 from marine_mj.validation.rows import Row
 
 __all__ = ["CASES", "Row", "markdown", "run", "write"]
@@ -16,6 +24,7 @@ __all__ = ["CASES", "Row", "markdown", "run", "write"]
 CASES: dict[str, tuple[Callable[[], Iterable[Row]], ...]] = {
     "Rigid body and added mass": physics.CASES,
     "Waves": waves.CASES,
+    "Radiation memory": radiation.CASES,
     "Wave drift": drift.CASES,
     "Vehicles": vehicles.CASES,
     "Coefficient estimates": estimates.CASES,

@@ -74,8 +74,8 @@ def test_allocation_of_the_model_gives_the_wrench_mujoco_applies(calm_env):
     allocator = physics.allocator("auv")
     commands, achieved = allocator.allocate(np.array([20.0, 5.0, -10.0, 1.0, 2.0, -1.0]))
     np.testing.assert_allclose(achieved, [20.0, 5.0, -10.0, 1.0, 2.0, -1.0], atol=1e-4)
-    physics.data.act[:] = commands
-    physics.data.ctrl[:] = commands
+    physics.data.act[:8] = commands  # behind them: the radiation memory of the carrier
+    physics.data.ctrl[:8] = commands
     mujoco.mj_forward(physics.model.ptr, physics.data.ptr)
     reader = physics.reader("auv")
     force = physics.data.qfrc_actuator[reader.qvel : reader.qvel + 6].copy()
@@ -260,7 +260,7 @@ def test_what_is_only_seen_does_not_move_anything():
 def test_reference_pose_pid_docks():
     """Brute-force gains on the ideal wrench, as published: latched in sea state 2."""
     env = suite.load("docking", "dock_pose_pid")
-    assert env.task.settings.controller == "pose_pid" and env.physics.model.nu == 6
+    assert env.task.settings.controller == "pose_pid" and env.physics.model.nu == 7
     changes = {"sea.sea_state": 2, "seed": 1, "vehicles.auv.actuation": "wrench"}
     chosen = {"task.settings.controller": "pose_pid", "task.settings.gains": "brute_force"}
     summary = run(scenario(**changes, **chosen)).summary

@@ -18,6 +18,7 @@ from marine_mj.hydrodynamics.kernels.memory import (
     scratch,
     size_value,
 )
+from marine_mj.hydrodynamics.kernels.radiation import memory_rates
 
 mj_makeM = types.ExternalFunction("mj_makeM", types.void(types.voidptr, types.voidptr))
 mj_factorM = types.ExternalFunction("mj_factorM", types.void(types.voidptr, types.voidptr))
@@ -110,8 +111,8 @@ def _compile(source: int):
     def act_dyn(model, data, actuator):
         """mjcb_act_dyn: rate of the activation of a `dyntype="user"` actuator.
 
-        dynprm: [law, time constant, fastest fall, fastest rise]; law 1 is a first-order lag with
-        rate limits.
+        dynprm: [law, ...]. Law 1 is a first-order lag with rate limits: [1, time constant, fastest
+        fall, fastest rise]. Law 2, radiation memory, writes its many rates itself: [2, record].
         """
         if source == 0:
             return 0.0
@@ -120,6 +121,11 @@ def _compile(source: int):
             act = floats(data, _ACT)[ints(model, _ACT_ADDRESS)[actuator]]
             rate = (floats(data, _CTRL)[actuator] - act) / prm[1]
             return min(max(rate, prm[2]), prm[3])
+        if prm[0] == t_.RADIATION_MEMORY:
+            address = _table_address(model)
+            if address >= 0:
+                table = advance(floats(model, _NUMERIC_DATA), address)
+                memory_rates(model, data, table, int(prm[1]), float_value(data, _TIME))
         return 0.0
 
     @cfunc(types.void(types.voidptr, types.voidptr, types.int32), cache=True)

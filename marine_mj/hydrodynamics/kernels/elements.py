@@ -20,6 +20,7 @@ from marine_mj.hydrodynamics.kernels.memory import (
     int_value,
     scratch,
 )
+from marine_mj.hydrodynamics.kernels.radiation import memory
 from marine_mj.hydrodynamics.kernels.water import FAST, component, phasors, series
 
 _ACT = field("d", "act")
@@ -313,4 +314,7 @@ def apply(model, data, table, record, body, R, nu, time, f, inertia):
             tank(data, q, R, nu, table[t_.E_GRAVITY], force, matrix)
         elif kind == t_.DRIFT:
             drift(table, q, R, x[0], x[1], time, advance(f, 6 * t_.C_WAVES))
+        elif kind == t_.MEMORY:
+            force = advance(f, 6 * t_.C_RADIATION)
+            memory(model, data, table, record, q, R, nu, time, force)
         place += int(table[place + t_.EL_SIZE])

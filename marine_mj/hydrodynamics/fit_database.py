@@ -1,0 +1,50 @@
+"""Fits the radiation memory of a wave database and stores it in the file.
+
+`python -m marine_mj.hydrodynamics.fit_database FILE.nc`. A database without a stored fit works too:
+it is then fitted in every process that loads it, which takes about half a second.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from marine_mj.hydrodynamics.memory import Memory
+from marine_mj.hydrodynamics.memory_fit import fit_memory
+from marine_mj.hydrodynamics.memory_store import VARIABLES, read_radiation
+
+
+def store_memory(path: str | Path) -> Memory:
+    """Fit the radiation memory of a wave database and write it into the file; returns it.
+
+    Everything else in the file stays as it is. A process that has read the file goes on with what
+    it has read.
+
+    Raises:
+        ModelError: see `fit_memory`.
+    """
+    import xarray as xr
+
+    path = Path(path)
+    read_radiation.cache_clear()  # the file may have changed since
+    data, _ = read_radiation(path.resolve())
+    memory = fit_memory(
+        data["omega"], data["added_mass"], data["radiation_damping"], data["infinite"]
+    )
+    with xr.open_dataset(path, engine="h5netcdf") as file:
+        contents = file.load().drop_vars(list(VARIABLES), errors="ignore")
+    units = {"memory_poles": "rad/s", "memory_residues": "N/m, N, N m"}
+    values = {"memory_poles": memory.poles, "memory_residues": memory.residues}
+    for name, axes in VARIABLES.items():
+        parts = np.stack([values[name].real, values[name].imag])
+        about = "K(s) = sum 1/2 (r / (s - p) + r* / (s - p*)) = B + s (A - A(inf))"
+        contents[name] = (axes, parts, {"units": units[name], "description": about})
+        contents[name].encoding = {"zlib": True, "complevel": 9, "shuffle": True}
+    temporary = path.with_suffix(".tmp")
+    contents.to_netcdf(temporary, engine="h5netcdf")
+    temporary.replace(path)
+    return memory
+
+
+if __name__ == "__main__":
+    store_memory(sys.argv[1])

@@ -1,0 +1,154 @@
+"""Radiation memory: the force of the states in `data.act`, and their rates.
+
+One complex state z per pole and driving degree of freedom, `z' = lambda z + nu_j`; the force is
+`-Re sum r z` (hydrodynamics.memory). nu is relative to the current, in the axes of the loads.
+
+MuJoCo's semi-implicit integrators do `act += h act_dot` with the velocity of the step's start, and
+move the body with the velocity of its end. Their rate is that of the exact solution over the step
+with nu held, and the force takes the states at the end of the same step: then it is in phase with
+the position, and not late by a step. RK4 gets the derivative and the states as they are.
+"""
+
+from numba import njit
+
+from marine_mj.hydrodynamics import table as t_
+from marine_mj.hydrodynamics.kernels.equations import body_twist, load_axes
+from marine_mj.hydrodynamics.kernels.functions import exponential, sin_cos
+from marine_mj.hydrodynamics.kernels.memory import (
+    advance,
+    field,
+    float_value,
+    floats,
+    int_value,
+    scratch,
+)
+from marine_mj.hydrodynamics.kernels.water import FAST, POINT, water_row
+
+_ACT = field("d", "act")
+_ACT_DOT = field("d", "act_dot")
+_XPOS = field("d", "xpos")
+_TIMESTEP = field("m", "opt.timestep")
+_INTEGRATOR = field("m", "opt.integrator")
+_RK4 = 1  # mjINT_RK4
+_POLES = t_.MAX_POLES
+
+
+@njit(fastmath=FAST)
+def _step_integrals(q, h, real, imag):
+    """`int_0^h exp(lambda t) dt = (exp(lambda h) - 1) / lambda` of every pole."""
+    n = int(q[t_.MM_POLES])
+    decay = advance(q, t_.MM_DATA)
+    turn = advance(decay, n)
+    inverse_re, inverse_im = advance(decay, 2 * n), advance(decay, 3 * n)
+    for i in range(n):
+        e = exponential(decay[i] * h)
+        s, c = sin_cos(turn[i] * h)
+        a, b = e * c - 1.0, e * s
+        real[i] = a * inverse_re[i] - b * inverse_im[i]
+        imag[i] = a * inverse_im[i] + b * inverse_re[i]
+
+
+@njit
+def _relative_twist(table, p, R, x, time, nu, out):
+    """nu (6) relative to the current at the body origin x, axes R."""
+    step, water = scratch(3), scratch(POINT)
+    for i in range(3):
+        step[i] = 0.0
+    water_row(table, x, step, 1, time, False, False, water)
+    for i in range(3):
+        out[i] = nu[i] - (R[i] * water[0] + R[3 + i] * water[1] + R[6 + i] * water[2])
+        out[3 + i] = nu[3 + i]
+
+
+@njit
+def memory(model, data, table, p, q, R, nu, time, f):
+    """Radiation force f (6) of one body beside that of A(inf)."""
+    x = advance(floats(data, _XPOS), 3 * int(p[t_.B_BODY]))
+    nu_r = scratch(6)
+    _relative_twist(table, p, R, x, time, nu, nu_r)
+    all_real, all_imag = scratch(_POLES), scratch(_POLES)
+    ahead = int_value(model, _INTEGRATOR) != _RK4
+    if ahead:
+        _step_integrals(q, float_value(model, _TIMESTEP), all_real, all_imag)
+    count = int(q[t_.MM_POLES])
+    z = advance(floats(data, _ACT), int(q[t_.MM_ADDRESS]))
+    next_re, next_im = scratch(_POLES), scratch(_POLES)
+    group = advance(q, t_.MM_DATA + 4 * count)
+    for _ in range(int(q[t_.MM_GROUPS])):
+        m, n, first = int(group[t_.MG_DOFS]), int(group[t_.MG_POLES]), int(group[t_.MG_FIRST])
+        decay = advance(q, t_.MM_DATA + first)
+        turn = advance(decay, count)
+        real, imag = advance(all_real, first), advance(all_imag, first)
+        residue = advance(group, t_.MG_RESIDUES)
+        for j in range(m):
+            velocity = nu_r[int(group[t_.MG_DOF + j])]
+            z_im = advance(z, n)
+            for k in range(n):
+                a, b = z[k], z_im[k]
+                if ahead:
+                    rate_re = decay[k] * a - turn[k] * b + velocity
+                    rate_im = decay[k] * b + turn[k] * a
+                    a += real[k] * rate_re - imag[k] * rate_im
+                    b += real[k] * rate_im + imag[k] * rate_re
+                next_re[k], next_im[k] = a, b
+            for i in range(m):
+                total = 0.0
+                for k in range(n):
+                    total += residue[k] * next_re[k] - residue[n + k] * next_im[k]
+                f[int(group[t_.MG_DOF + i])] -= total
+                residue = advance(residue, 2 * n)
+            z = advance(z, 2 * n)
+        group = residue
+
+
+@njit
+def _rates(model, data, q, nu_r):
+    """Rates of the states of one body into act_dot."""
+    all_real, all_imag = scratch(_POLES), scratch(_POLES)
+    h = float_value(model, _TIMESTEP)
+    held = int_value(model, _INTEGRATOR) != _RK4
+    if held:
+        _step_integrals(q, h, all_real, all_imag)
+    count = int(q[t_.MM_POLES])
+    z = advance(floats(data, _ACT), int(q[t_.MM_ADDRESS]))
+    out = advance(floats(data, _ACT_DOT), int(q[t_.MM_ADDRESS]))
+    group = advance(q, t_.MM_DATA + 4 * count)
+    for _ in range(int(q[t_.MM_GROUPS])):
+        m, n, first = int(group[t_.MG_DOFS]), int(group[t_.MG_POLES]), int(group[t_.MG_FIRST])
+        decay = advance(q, t_.MM_DATA + first)
+        turn = advance(decay, count)
+        real, imag = advance(all_real, first), advance(all_imag, first)
+        for j in range(m):
+            velocity = nu_r[int(group[t_.MG_DOF + j])]
+            z_im, out_im = advance(z, n), advance(out, n)
+            for k in range(n):
+                rate_re = decay[k] * z[k] - turn[k] * z_im[k] + velocity
+                rate_im = decay[k] * z_im[k] + turn[k] * z[k]
+                if held:
+                    a = (real[k] * rate_re - imag[k] * rate_im) / h
+                    rate_im = (real[k] * rate_im + imag[k] * rate_re) / h
+                    rate_re = a
+                out[k], out_im[k] = rate_re, rate_im
+            z, out = advance(z, 2 * n), advance(out, 2 * n)
+        group = advance(group, t_.MG_RESIDUES + 2 * m * m * n)
+
+
+@njit
+def memory_rates(model, data, table, number, time):
+    """Rates of the states of the body with that record number; nothing if it has no memory."""
+    place = int(table[t_.H_FIRST_BODY])
+    if number >= table[t_.H_BODIES]:
+        return
+    for _ in range(number):
+        place += int(table[place + t_.B_SIZE])
+    p = advance(table, place)
+    element = int(p[t_.B_ELEMENT_DATA])
+    for _ in range(int(p[t_.B_ELEMENTS])):
+        if table[element + t_.EL_KIND] == t_.MEMORY:
+            R, nu, nu_r = scratch(9), scratch(6), scratch(6)
+            load_axes(data, p, R)
+            body_twist(data, p, R, nu)
+            x = advance(floats(data, _XPOS), 3 * int(p[t_.B_BODY]))
+            _relative_twist(table, p, R, x, time, nu, nu_r)
+            _rates(model, data, advance(table, element + t_.EL_DATA), nu_r)
+        element += int(table[element + t_.EL_SIZE])
