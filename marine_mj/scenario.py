@@ -141,6 +141,9 @@ class Vehicle(Settings):
         convective: convective part of the water's acceleration.
         strips: wave forces along the length instead of at the origin only.
         constant_buoyancy: full buoyancy even above the surface.
+        hydrostatics: "linear": restoring matrix or displaced volume; "panels": water pressure on
+            the wetted panels of the model's hull mesh; left out: "panels" where the model has
+            nothing but a mesh.
     """
 
     model: str
@@ -157,6 +160,7 @@ class Vehicle(Settings):
     convective: bool = True
     strips: bool = True
     constant_buoyancy: bool = False
+    hydrostatics: Literal["linear", "panels"] | None = None
 
 
 class TaskChoice(Settings):

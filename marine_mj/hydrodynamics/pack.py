@@ -12,10 +12,14 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array, rotation_from_quaternion
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.coefficients import ZERO, BodyCoefficients
+from marine_mj.hydrodynamics.expansion import expansion
+from marine_mj.hydrodynamics.hull import read_hull
+from marine_mj.hydrodynamics.hydrostatics import floating_restoring
 from marine_mj.hydrodynamics.inertia import subtree_inertia
 from marine_mj.hydrodynamics.raos import radiation, responses
 
 Motion = Literal["free", "dynamic", "rao"]
+Hydrostatics = Literal["linear", "panels"]
 #: Headings for which the exciting forces of a floating body are tabulated.
 HEADINGS = 24
 #: Inertia of a body with prescribed motion, kg and kg m2 (a calibration: far above any vehicle,
@@ -34,6 +38,10 @@ class BodySettings:
         froude_krylov: undisturbed wave pressure on the displaced volume.
         convective: material acceleration of the water; False: its local time derivative.
         constant_buoyancy: buoyancy does not change at the surface.
+        hydrostatics: "linear" (restoring matrix, or displaced volume), "panels" (pressure of still
+            water and incident waves on the wetted panels of the hull mesh, instead of both and of
+            the Froude-Krylov part of force RAOs); None: "panels" for a body that has a hull mesh
+            and neither restoring nor volume, else "linear".
     """
 
     motion: Motion | None = None
@@ -41,12 +49,18 @@ class BodySettings:
     froude_krylov: bool = True
     convective: bool = True
     constant_buoyancy: bool = False
+    hydrostatics: Hydrostatics | None = None
 
     def __post_init__(self) -> None:
-        """Check the motion."""
-        if self.motion is not None and self.motion not in get_args(Motion):
+        """Check the choices."""
+        for name, kind in (("motion", Motion), ("hydrostatics", Hydrostatics)):
+            value = getattr(self, name)
+            if value is not None and value not in get_args(kind):
+                raise ModelError(f"{name} is {value!r}, allowed are {', '.join(get_args(kind))}")
+        if self.hydrostatics == "panels" and self.constant_buoyancy:
             raise ModelError(
-                f"motion is {self.motion!r}, allowed are {', '.join(get_args(Motion))}"
+                'constant_buoyancy is True with hydrostatics "panels", allowed is False: panels '
+                "lose their buoyancy above the surface; leave out one of them"
             )
 
 
@@ -63,6 +77,22 @@ def motion_of(body: BodyCoefficients, settings: BodySettings) -> Motion:
             f'<text name="{body.name}.wave_database" data="FILE.nc"/>'
         )
     return motion
+
+
+def uses_panels(body: BodyCoefficients, settings: BodySettings) -> bool:
+    """Whether the hydrostatics of a body come from its hull mesh; see `BodySettings`.
+
+    Raises:
+        ModelError: panels are asked for and the body names no hull mesh.
+    """
+    other = body.restoring is not None or body.displaced_volume or body.buoyancy
+    chosen = settings.hydrostatics or ("panels" if body.hull_mesh and not other else "linear")
+    if chosen == "panels" and body.hull_mesh is None:
+        raise ModelError(
+            f"hydrostatics 'panels' of {body.name!r} needs a hull mesh; allowed is 'linear', or a "
+            f'mesh: <text name="{body.name}.hull_mesh" data="FILE.obj"/>'
+        )
+    return chosen == "panels"
 
 
 class _Table:
@@ -209,14 +239,28 @@ def _path(
     return [x, y, body.equilibrium_height, yaw, offset]
 
 
-def _exciting_forces(table: _Table, body: BodyCoefficients, waves: WaveField) -> list[float]:
+def _exciting_forces(
+    table: _Table, body: BodyCoefficients, waves: WaveField, response: str
+) -> list[float]:
     """Number of headings and offset of the exciting forces (HEADINGS, 6, 2, N)."""
     blocks = []
     for heading in range(HEADINGS):
         yaw = 2 * np.pi * heading / HEADINGS
-        force = responses(str(body.wave_database), "force", waves, yaw)
+        force = responses(str(body.wave_database), response, waves, yaw)
         blocks.append(np.stack([force.real, force.imag], axis=1))
     return [HEADINGS, table.add(np.stack(blocks))]
+
+
+def _panels(
+    table: _Table, body: BodyCoefficients, waves: WaveField, settings: BodySettings
+) -> Array:
+    """Parameters of the panels of a hull mesh; its vertices and triangles go into the table."""
+    hull = read_hull(str(body.hull_mesh))
+    x = hull.vertices
+    place = table.add(x.T, x)
+    rows = table.add(np.column_stack([hull.triangles, hull.areas]))
+    head = [len(x), len(hull.triangles), place, rows, settings.froude_krylov]
+    return np.concatenate([head, expansion(waves, hull.extent, len(x))])
 
 
 def _elements(
@@ -226,18 +270,25 @@ def _elements(
     index: int,
     environment: Environment,
     motion: Motion,
+    settings: BodySettings,
 ) -> list[tuple[float, Array]]:
     """(kind, parameters) of every element of a body."""
     found: list[tuple[float, Array]] = []
-    if body.restoring is not None:
+    waves = environment.waves
+    panels = uses_panels(body, settings)
+    if panels:
+        found.append((t_.PANELS, _panels(table, body, waves, settings)))
+    elif body.restoring is not None:
         mass, center, _ = subtree_inertia(model, index)
         weight = mass * environment.gravity
         data = np.concatenate([body.restoring.ravel(), [body.equilibrium_height, weight], center])
         found.append((t_.RESTORING, data))
-    waves = environment.waves
     if motion == "dynamic" and len(waves.omega):
         path = _path(model, table, body, index, waves, motion)
-        found.append((t_.EXCITATION, np.array([*path, *_exciting_forces(table, body, waves)])))
+        # the panels have the pressure of the undisturbed wave already
+        response = "diffraction" if panels and settings.froude_krylov else "force"
+        force = _exciting_forces(table, body, waves, response)
+        found.append((t_.EXCITATION, np.array([*path, *force])))
     elif motion == "rao":
         path = _path(model, table, body, index, waves, motion)
         kappa = PRESCRIBED_INERTIA
@@ -263,6 +314,28 @@ def _volume(body: BodyCoefficients, environment: Environment) -> float:
     return body.displaced_volume
 
 
+def restoring_of(
+    model: mujoco.MjModel,
+    body: BodyCoefficients,
+    settings: BodySettings,
+    environment: Environment,
+) -> Array:
+    """Linear restoring matrix (6, 6) of a floating body, FLU: given, or from its hull mesh.
+
+    The mesh is taken at its equilibrium; zeros for a submerged body without panels.
+
+    Raises:
+        ModelError: the hull does not float.
+    """
+    if body.restoring is not None:
+        return body.restoring
+    if not uses_panels(body, settings):
+        return ZERO
+    mass, center, _ = subtree_inertia(model, model.body(body.name).id)
+    hull = read_hull(str(body.hull_mesh))
+    return floating_restoring(hull, mass, center, environment.water_density, environment.gravity)
+
+
 def _record(
     model: mujoco.MjModel,
     table: _Table,
@@ -279,7 +352,8 @@ def _record(
     p[t_.B_BODY], p[t_.B_ROOT] = index, model.body_rootid[index]
     p[t_.B_LAST_DOF], p[t_.B_CHAIN] = last, count
     p[t_.B_FREE] = _free_root(model, index)
-    p[t_.B_VOLUME] = _volume(body, environment)
+    panels = uses_panels(body, settings)
+    p[t_.B_VOLUME] = 0.0 if panels else _volume(body, environment)
     p[t_.B_CB : t_.B_CB + 3] = body.center_of_buoyancy
     p[t_.B_FROUDE_KRYLOV] = settings.froude_krylov
     p[t_.B_CONVECTIVE] = settings.convective
@@ -306,7 +380,7 @@ def _record(
             str(body.wave_database),
             environment.waves,
             subtree_inertia(model, index)[2],
-            ZERO if body.restoring is None else body.restoring,
+            restoring_of(model, body, settings, environment),
             body.viscous_damping,
             _start_pose(model, body, index, motion)[2],
         )
@@ -314,7 +388,7 @@ def _record(
     p[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36] = added_mass.ravel()
     p[t_.B_LINEAR : t_.B_LINEAR + 36] = linear.ravel()
     p[t_.B_QUADRATIC : t_.B_QUADRATIC + 36] = quadratic.ravel()
-    elements = _elements(model, table, body, index, environment, motion)
+    elements = _elements(model, table, body, index, environment, motion, settings)
     p[t_.B_ELEMENTS] = len(elements)
     p[t_.B_ELEMENT_DATA] = table.length
     for kind, data in elements:

@@ -19,6 +19,7 @@ from marine_mj.hydrodynamics.kernels.memory import (
     int_value,
     scratch,
 )
+from marine_mj.hydrodynamics.kernels.panels import panels
 from marine_mj.hydrodynamics.kernels.water import FAST, component, phasors, series
 
 _ACT = field("d", "act")
@@ -310,4 +311,7 @@ def apply(model, data, table, record, body, R, nu, time, f, inertia):
             force = advance(f, 6 * t_.C_BALLAST)
             matrix = advance(inertia, 36 * t_.M_BALLAST)
             tank(data, q, R, nu, table[t_.E_GRAVITY], force, matrix)
+        elif kind == t_.PANELS:
+            still, waves = advance(f, 6 * t_.C_RESTORING), advance(f, 6 * t_.C_WAVES)
+            panels(table, q, own, R, x, time, still, waves)
         place += int(table[place + t_.EL_SIZE])
