@@ -11,11 +11,9 @@ from marine_mj.environment import Environment, WaveField
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array, rotation_from_quaternion
 from marine_mj.hydrodynamics import table as t_
-from marine_mj.hydrodynamics.coefficients import ZERO, BodyCoefficients
-from marine_mj.hydrodynamics.expansion import expansion
-from marine_mj.hydrodynamics.hull import read_hull
-from marine_mj.hydrodynamics.hydrostatics import floating_restoring
+from marine_mj.hydrodynamics.coefficients import BodyCoefficients
 from marine_mj.hydrodynamics.inertia import subtree_inertia
+from marine_mj.hydrodynamics.panels import panel_parameters, restoring_of, uses_panels
 from marine_mj.hydrodynamics.raos import radiation, responses
 
 Motion = Literal["free", "dynamic", "rao"]
@@ -77,22 +75,6 @@ def motion_of(body: BodyCoefficients, settings: BodySettings) -> Motion:
             f'<text name="{body.name}.wave_database" data="FILE.nc"/>'
         )
     return motion
-
-
-def uses_panels(body: BodyCoefficients, settings: BodySettings) -> bool:
-    """Whether the hydrostatics of a body come from its hull mesh; see `BodySettings`.
-
-    Raises:
-        ModelError: panels are asked for and the body names no hull mesh.
-    """
-    other = body.restoring is not None or body.displaced_volume or body.buoyancy
-    chosen = settings.hydrostatics or ("panels" if body.hull_mesh and not other else "linear")
-    if chosen == "panels" and body.hull_mesh is None:
-        raise ModelError(
-            f"hydrostatics 'panels' of {body.name!r} needs a hull mesh; allowed is 'linear', or a "
-            f'mesh: <text name="{body.name}.hull_mesh" data="FILE.obj"/>'
-        )
-    return chosen == "panels"
 
 
 class _Table:
@@ -251,18 +233,6 @@ def _exciting_forces(
     return [HEADINGS, table.add(np.stack(blocks))]
 
 
-def _panels(
-    table: _Table, body: BodyCoefficients, waves: WaveField, settings: BodySettings
-) -> Array:
-    """Parameters of the panels of a hull mesh; its vertices and triangles go into the table."""
-    hull = read_hull(str(body.hull_mesh))
-    x = hull.vertices
-    place = table.add(x.T, x)
-    rows = table.add(np.column_stack([hull.triangles, hull.areas]))
-    head = [len(x), len(hull.triangles), place, rows, settings.froude_krylov]
-    return np.concatenate([head, expansion(waves, hull.extent, len(x))])
-
-
 def _elements(
     model: mujoco.MjModel,
     table: _Table,
@@ -277,7 +247,7 @@ def _elements(
     waves = environment.waves
     panels = uses_panels(body, settings)
     if panels:
-        found.append((t_.PANELS, _panels(table, body, waves, settings)))
+        found.append((t_.PANELS, panel_parameters(table, body, waves, settings)))
     elif body.restoring is not None:
         mass, center, _ = subtree_inertia(model, index)
         weight = mass * environment.gravity
@@ -312,28 +282,6 @@ def _volume(body: BodyCoefficients, environment: Environment) -> float:
     if body.buoyancy:
         return body.buoyancy / (environment.water_density * environment.gravity)
     return body.displaced_volume
-
-
-def restoring_of(
-    model: mujoco.MjModel,
-    body: BodyCoefficients,
-    settings: BodySettings,
-    environment: Environment,
-) -> Array:
-    """Linear restoring matrix (6, 6) of a floating body, FLU: given, or from its hull mesh.
-
-    The mesh is taken at its equilibrium; zeros for a submerged body without panels.
-
-    Raises:
-        ModelError: the hull does not float.
-    """
-    if body.restoring is not None:
-        return body.restoring
-    if not uses_panels(body, settings):
-        return ZERO
-    mass, center, _ = subtree_inertia(model, model.body(body.name).id)
-    hull = read_hull(str(body.hull_mesh))
-    return floating_restoring(hull, mass, center, environment.water_density, environment.gravity)
 
 
 def _record(

@@ -142,8 +142,12 @@ def _collapse(x: Array, faces: NDArray, count: int) -> tuple[Array, NDArray[np.i
         _, i, j, version_i, version_j, place = heapq.heappop(queue)
         if version[i] != version_i or version[j] != version_j:
             continue
-        # only two common neighbours: otherwise the surface would touch itself
-        if len(neighbours(i) & neighbours(j)) != 2 or turns_over(i, j, np.array(place)):
+        first, second = neighbours(i), neighbours(j)
+        # only two common neighbours: otherwise the surface would touch itself; a third one that is
+        # not common: a tetrahedron would become flat
+        if len(first & second) != 2 or len(first | second) < 5:
+            continue
+        if turns_over(i, j, np.array(place)):
             continue
         for number in around[i] & around[j]:
             for vertex in corners[number]:

@@ -10,7 +10,8 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients
 from marine_mj.hydrodynamics.inertia import rigid_inertia
-from marine_mj.hydrodynamics.pack import BodySettings, restoring_of
+from marine_mj.hydrodynamics.pack import BodySettings
+from marine_mj.hydrodynamics.panels import restoring_of
 
 #: Largest h lambda of `x' = -lambda x` (semi-implicit Euler and kin; RK4; both measured).
 DAMPING_LIMIT, DAMPING_LIMIT_RK4 = 2.0, 2.78
@@ -45,7 +46,7 @@ def largest_timestep(
     damping slope is taken at `reference_speed`, the restoring of a hull mesh at its equilibrium.
 
     Raises:
-        ModelError: the hull mesh of a body on panels does not float.
+        ModelError: the hull mesh of a body on panels finds no equilibrium.
     """
     M = rigid_inertia(model, model.body(body.name).id) + body.added_mass
     rk4 = model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4

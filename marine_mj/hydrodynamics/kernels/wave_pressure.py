@@ -28,17 +28,18 @@ _NODE_WAVES = t_.MAX_NODES * t_.MAX_WAVES
 _VERTICES = t_.MAX_HULL_VERTICES
 _VERTEX_NODES = t_.MAX_HULL_VERTICES * t_.MAX_NODES
 #: Share of the wave amplitude below which a row of coefficients is not worth its time.
-_SMALL = 3e-5
+_SMALL = 1e-6
 
 
 @njit(fastmath=FAST)
 def _range(values, n):
-    """(centre, half width) of n values; never narrower than a millimetre."""
+    """(centre, half width) of n values, upwards from the lowest; a millimetre wide at least."""
     low = high = values[0]
     for i in range(n):
         low = min(low, values[i])
         high = max(high, values[i])
-    return 0.5 * (low + high), max(0.5 * (high - low), 0.0005)
+    half = max(0.5 * (high - low), 0.0005)
+    return low + half, half
 
 
 @njit(fastmath=FAST)
@@ -261,8 +262,6 @@ def wave_pressure(table, q, n, x0, y0, c, s, u, v, z, time, below, head):
         below[i] = level[i]
     _submersion(n, z, depth, below, head)
     s_0, s_h = _range(head, n)
-    if s_0 + s_h <= 0.0005:  # nothing is wet
-        return
     # the pressure defect D at the nodes; the first node downwards may be the surface: D = 0 there
     losses, defect = scratch(_NODE_WAVES), scratch(_CUBE)
     for r in range(n_s):
