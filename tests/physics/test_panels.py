@@ -325,3 +325,19 @@ def test_another_sea_fits_in_the_same_model():
     mujoco.mj_step(model, data, 1000)
     assert np.isfinite(data.qpos).all()
     assert abs(data.qpos[2]) < 5
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e12])
+def test_nonsense_in_the_state_harms_nothing(hull, value):
+    """The kernel returns; what it read outside its own arrays would show in the next state."""
+    model = panels.floating_body(hull, MASS, (0, 0, 0), INERTIA, SEA)
+    data = mujoco.MjData(model)
+    fresh = mujoco.MjData(model)
+    mujoco.mj_forward(model, fresh)
+    before = model.numeric_data.copy()
+    data.qpos[2] = value
+    mujoco.mj_forward(model, data)
+    assert np.array_equal(model.numeric_data, before)
+    data.qpos[2] = 0.0
+    mujoco.mj_forward(model, data)
+    assert np.array_equal(data.qacc, fresh.qacc)
