@@ -178,6 +178,19 @@ def _seated(model: mujoco.MjModel) -> mujoco.MjData:
     return data
 
 
+def _panels() -> list[Row]:
+    """USV on the 496 panels of its hull in sea state 4, 100 components."""
+    sea = Environment(waves=irregular_sea(1.1, 5.515, components=100, seed=1))
+    model = load("dus_v5750", sea, {"hull": {"hydrostatics": "panels"}})
+    best = np.inf
+    for _ in range(ROUNDS):
+        data = mujoco.MjData(model)
+        start_in_waves(model, data)
+        best = min(best, _seconds(model, data, 500))
+    case = "hull_panels_500_waves_100"
+    return [_at_least(case, "steps_per_second", 1 / best, "1/s", 10_000)]
+
+
 def _batch() -> list[Row]:
     """Gain of the second thread in `mujoco.batch.Batch`."""
     sea = Environment(waves=irregular_sea(1.1, 5.515, components=100, seed=1))
@@ -247,6 +260,7 @@ CASES: dict[str, Callable[[], list[Row]]] = {
     "one vehicle": _single_vehicle,
     "floating vessel": _floating_vessel,
     "docking scene": _docking_scene,
+    "hull panels": _panels,
     "batch": _batch,
     "docking campaign": _campaign,
     "command line": _first_step,

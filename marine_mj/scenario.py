@@ -144,7 +144,11 @@ class Vehicle(Settings):
         strips: wave forces along the length instead of at the origin only.
         constant_buoyancy: full buoyancy even above the surface.
         drift: second-order wave drift: "none", "mean", or "slow" (mean and slowly varying part);
-            left out: "slow" if the model has drift coefficients and is not moved by its RAOs.
+            left out: "slow" if the model has drift coefficients, is not moved by its RAOs and not
+            on panels.
+        hydrostatics: "linear": restoring matrix or displaced volume; "panels": water pressure on
+            the wetted panels of the model's hull mesh; left out: "panels" where the model has
+            nothing but a mesh.
         scale: factors on the vehicle's `mass` (with its inertia), displacement and coefficients by
             name without the frame, e.g. {added_mass = 1.1, strip_drag = 0.9}: the uncertainty of a
             model. Controllers know the vehicle without them.
@@ -166,6 +170,7 @@ class Vehicle(Settings):
     strips: bool = True
     constant_buoyancy: bool = False
     drift: Literal["none", "mean", "slow"] | None = None
+    hydrostatics: Literal["linear", "panels"] | None = None
     scale: dict[str, Positive] = Field(default_factory=dict)
 
 

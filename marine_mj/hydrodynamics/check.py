@@ -1,14 +1,19 @@
 """Is this vehicle plausible? Numbers a naval architect looks at first, each with pass or fail."""
 
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
 
+from marine_mj.environment import Environment, irregular_sea
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array, euler_from_quaternion, flip_quaternion
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
+from marine_mj.hydrodynamics.hull import read_hull
+from marine_mj.hydrodynamics.hydrostatics import equilibrium, hydrostatics
 from marine_mj.hydrodynamics.inertia import subtree_inertia
 from marine_mj.hydrodynamics.loader import load
 from marine_mj.hydrodynamics.memory import ALLOWED_ERROR, Memory
@@ -86,6 +91,57 @@ def _memory(body: BodyCoefficients, memory: Memory) -> Iterator[Check]:
         yield Check(name, 100 * pair.error, "%", f"<= {100 * ALLOWED_ERROR:g}", fine)
 
 
+def _step_time(name: str, body: str, **settings: Any) -> float:
+    """Time of one step [us] in sea state 4 with 100 components, best of some."""
+    sea = Environment(waves=irregular_sea(1.1, 5.515, components=100, seed=1))
+    model = load(name, sea, {body: settings})
+    best = np.inf
+    for _ in range(5):
+        data = mujoco.MjData(model)
+        mujoco.mj_step(model, data, 20)
+        begin = time.perf_counter()
+        mujoco.mj_step(model, data, 100)
+        best = min(best, (time.perf_counter() - begin) / 100)
+    return 1e6 * best
+
+
+def _panels(
+    name: str, body: BodyCoefficients, mass: float, center: Array, M: Array
+) -> Iterator[Check]:
+    """Equilibrium, stability and natural periods by the hull mesh, and what its panels cost."""
+    hull = read_hull(str(body.hull_mesh))
+    yield Check("panels of the hull mesh", float(len(hull.triangles)), "-", "", None)
+    cost = _step_time(name, body.name, hydrostatics="panels")
+    yield Check("step with panels in 100 waves, measured", cost, "us", "", None)
+    reserve = hull.volume * WATER_DENSITY / mass
+    floats = reserve > 1
+    yield Check("volume of the hull mesh / needed", reserve, "-", "> 1", floats)
+    if not floats:
+        return
+    pose = equilibrium(hull, mass, center, WATER_DENSITY)
+    state = hydrostatics(hull, pose)
+    yield Check("displaced volume, panels", state.volume, "m3", "", None)
+    for letter, value in zip("xyz", state.center.round(9) + 0.0, strict=True):
+        yield Check(f"centre of buoyancy {letter}, panels", float(value), "m", "", None)
+    yield Check("height of the origin afloat, panels", pose.height, "m", "", None)
+    yield Check("draught, panels", state.draught, "m", "", None)
+    for angle, value in (("heel", pose.roll), ("trim", pose.pitch)):
+        degrees = float(np.degrees(value)) + 0.0
+        yield Check(f"static {angle}, panels", degrees, "deg", "-15 to 15", abs(degrees) < 15)
+    level = pose.rotation @ center
+    G = state.restoring(mass, level, WATER_DENSITY, GRAVITY)
+    weight = mass * GRAVITY
+    # about the centre of flotation: heave and trim are coupled about any other origin
+    fore = state.waterplane_moment / max(state.waterplane_area, 1e-300)
+    for label, axis, arm in (("GM_T", 3, fore[1]), ("GM_L", 4, fore[0])):
+        height = float(G[axis, axis] - G[2, 2] * arm**2) / weight
+        yield Check(f"{label}, panels", height, "m", "> 0", bool(height > 0))
+    for axis in (2, 3, 4):
+        if G[axis, axis] > 0:
+            period = 2 * np.pi * np.sqrt(M[axis, axis] / G[axis, axis])
+            yield Check(f"natural period, {_DOFS[axis]}, panels", period, "s", "", None)
+
+
 def _rest(model: mujoco.MjModel, body: str, seconds: float = 30.0) -> Iterator[Check]:
     """Still water, no control: the body may rise, sink and swing, but must not run away."""
     data = mujoco.MjData(model)
@@ -150,6 +206,8 @@ def check_model(name: str) -> list[Check]:
             rows += _submerged(body, mass, center, M)
         if memory is not None:
             rows += _memory(body, memory)
+        if body.hull_mesh:
+            rows += _panels(name, body, mass, center, M)
         bound = largest_timestep(model, body, BodySettings())
         step = model.opt.timestep
         rows.append(

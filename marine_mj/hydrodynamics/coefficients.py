@@ -2,6 +2,7 @@
 
 import difflib
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -92,6 +93,7 @@ class BodyCoefficients:
     restoring: Array | None = None
     equilibrium_height: float = 0.0
     wave_database: str | None = None
+    hull_mesh: str | None = None
     wind: Array | None = None
     drift: Array | None = None  # (n, 4): omega, reflecting breadth, length [m] and couple [m2]
     tanks: tuple[Tank, ...] = ()
@@ -222,7 +224,7 @@ def _collect(spec: mujoco.MjSpec) -> dict[str, dict[str, Array]]:
         found.setdefault(owner, {})[quantity] = data
     for text in spec.texts:
         owner, _, quantity = text.name.partition(".")
-        if quantity == "wave_database" and owner not in found:
+        if quantity in ("wave_database", "hull_mesh") and owner not in found:
             raise ModelError(
                 f"text {text.name!r} belongs to the body {owner!r}, which has no hydrodynamic "
                 f"coefficients; bodies that have are {sorted(found)}"
@@ -274,6 +276,15 @@ def _tanks(name: str, raw: dict[str, Array], spec: mujoco.MjSpec) -> tuple[Tank,
             )
         tanks.append(Tank(actuator, float(data[3]), flip(data[:3])))
     return tuple(tanks)
+
+
+def _hull_mesh(spec: mujoco.MjSpec, name: str) -> str | None:
+    """File of the hull mesh as `hull_path` finds it; the vehicle's own assets go first."""
+    text = next((t.data for t in spec.texts if t.name == f"{name}.hull_mesh"), None)
+    if text is None or not spec.modelfiledir:
+        return text
+    own = Path(spec.modelfiledir, spec.meshdir or "assets", text)
+    return str(own.resolve()) if own.is_file() else text
 
 
 def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoefficients:
@@ -333,6 +344,7 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
         strips=strips,
         equilibrium_height=float(values.get("equilibrium_height", [0.0])[0]),
         wave_database=database,
+        hull_mesh=_hull_mesh(spec, name),
         wind=values.get("wind"),
         drift=_drift(name, values["drift"]) if "drift" in values else None,
         tanks=_tanks(name, raw, spec),

@@ -11,16 +11,18 @@ from marine_mj.environment import Environment, WaveField
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array, rotation_from_quaternion
 from marine_mj.hydrodynamics import table as t_
-from marine_mj.hydrodynamics.coefficients import ZERO, BodyCoefficients
+from marine_mj.hydrodynamics.coefficients import BodyCoefficients
 from marine_mj.hydrodynamics.drift import Drift, drift_of, mean_drift
 from marine_mj.hydrodynamics.inertia import subtree_inertia
 from marine_mj.hydrodynamics.memory import Memory
 from marine_mj.hydrodynamics.memory_pack import memory_element
 from marine_mj.hydrodynamics.memory_store import database_memory, has_memory_data
+from marine_mj.hydrodynamics.panels import panel_parameters, restoring_of, uses_panels
 from marine_mj.hydrodynamics.raos import radiation, responses
 
 Motion = Literal["free", "dynamic", "rao"]
 Radiation = Literal["memory", "constant"]
+Hydrostatics = Literal["linear", "panels"]
 #: Headings for which the exciting forces of a floating body are tabulated.
 HEADINGS = 24
 #: Headings for which wave drift is tabulated: forces like c|c| bend sharply in beam and head seas.
@@ -45,7 +47,12 @@ class BodySettings:
         convective: material acceleration of the water; False: its local time derivative.
         constant_buoyancy: buoyancy does not change at the surface.
         drift: second-order wave drift, "mean" or "slow" (mean and slowly varying part); None:
-            "slow" where the body has coefficients for it (`hydrodynamics.drift`), else "none".
+            "slow" where the body has coefficients for it (`hydrodynamics.drift`) and is not on
+            panels, else "none".
+        hydrostatics: "linear" (restoring matrix, or displaced volume), "panels" (pressure of still
+            water and incident waves on the wetted panels of the hull mesh, instead of both and of
+            the Froude-Krylov part of force RAOs); None: "panels" for a body that has a hull mesh
+            and neither restoring nor volume, else "linear".
     """
 
     motion: Motion | None = None
@@ -55,13 +62,24 @@ class BodySettings:
     constant_buoyancy: bool = False
     drift: Drift | None = None
     radiation: Radiation | None = None
+    hydrostatics: Hydrostatics | None = None
 
     def __post_init__(self) -> None:
-        """Check the names."""
-        for name, kinds in (("motion", Motion), ("drift", Drift), ("radiation", Radiation)):
+        """Check the choices."""
+        for name, kinds in (
+            ("motion", Motion),
+            ("drift", Drift),
+            ("radiation", Radiation),
+            ("hydrostatics", Hydrostatics),
+        ):
             value = getattr(self, name)
             if value is not None and value not in get_args(kinds):
                 raise ModelError(f"{name} is {value!r}, allowed are {', '.join(get_args(kinds))}")
+        if self.hydrostatics == "panels" and self.constant_buoyancy:
+            raise ModelError(
+                'constant_buoyancy is True with hydrostatics "panels", allowed is False: panels '
+                "lose their buoyancy above the surface; leave out one of them"
+            )
 
 
 def motion_of(body: BodyCoefficients, settings: BodySettings) -> Motion:
@@ -258,12 +276,14 @@ def _path(
     return [x, y, body.equilibrium_height, yaw, offset]
 
 
-def _exciting_forces(table: _Table, body: BodyCoefficients, waves: WaveField) -> list[float]:
+def _exciting_forces(
+    table: _Table, body: BodyCoefficients, waves: WaveField, response: str
+) -> list[float]:
     """Number of headings and offset of the exciting forces (HEADINGS, 6, 2, N)."""
     blocks = []
     for heading in range(HEADINGS):
         yaw = 2 * np.pi * heading / HEADINGS
-        force = responses(str(body.wave_database), "force", waves, yaw)
+        force = responses(str(body.wave_database), response, waves, yaw)
         blocks.append(np.stack([force.real, force.imag], axis=1))
     return [HEADINGS, table.add(np.stack(blocks))]
 
@@ -289,20 +309,27 @@ def _elements(
     motion: Motion,
     drift: Drift,
     memory: Memory | None,
+    settings: BodySettings,
 ) -> list[tuple[float, Array]]:
     """(kind, parameters) of every element of a body."""
     found: list[tuple[float, Array]] = []
     if memory is not None and memory.states:
         found.append((t_.MEMORY, memory_element(model, body.name, memory)))
-    if body.restoring is not None:
+    waves = environment.waves
+    panels = uses_panels(body, settings)
+    if panels:
+        found.append((t_.PANELS, panel_parameters(table, body, waves, settings)))
+    elif body.restoring is not None:
         mass, center, _ = subtree_inertia(model, index)
         weight = mass * environment.gravity
         data = np.concatenate([body.restoring.ravel(), [body.equilibrium_height, weight], center])
         found.append((t_.RESTORING, data))
-    waves = environment.waves
     if motion == "dynamic" and len(waves.omega):
         path = _path(model, table, body, index, waves, motion)
-        found.append((t_.EXCITATION, np.array([*path, *_exciting_forces(table, body, waves)])))
+        # the panels have the pressure of the undisturbed wave already
+        response = "diffraction" if panels and settings.froude_krylov else "force"
+        force = _exciting_forces(table, body, waves, response)
+        found.append((t_.EXCITATION, np.array([*path, *force])))
     elif motion == "rao":
         path = _path(model, table, body, index, waves, motion)
         kappa = PRESCRIBED_INERTIA
@@ -346,7 +373,8 @@ def _record(
     p[t_.B_BODY], p[t_.B_ROOT] = index, model.body_rootid[index]
     p[t_.B_LAST_DOF], p[t_.B_CHAIN] = last, count
     p[t_.B_FREE] = _free_root(model, index)
-    p[t_.B_VOLUME] = _volume(body, environment)
+    panels = uses_panels(body, settings)
+    p[t_.B_VOLUME] = 0.0 if panels else _volume(body, environment)
     p[t_.B_CB : t_.B_CB + 3] = body.center_of_buoyancy
     p[t_.B_FROUDE_KRYLOV] = settings.froude_krylov
     p[t_.B_CONVECTIVE] = settings.convective
@@ -376,7 +404,7 @@ def _record(
             str(body.wave_database),
             environment.waves,
             subtree_inertia(model, index)[2],
-            ZERO if body.restoring is None else body.restoring,
+            restoring_of(model, body, settings, environment),
             body.viscous_damping,
             _start_pose(model, body, index, motion)[2],
         )
@@ -384,10 +412,10 @@ def _record(
     p[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36] = added_mass.ravel()
     p[t_.B_LINEAR : t_.B_LINEAR + 36] = linear.ravel()
     p[t_.B_QUADRATIC : t_.B_QUADRATIC + 36] = quadratic.ravel()
-    drift: Drift = "none"  # calm water needs no database
-    if settings.drift or len(environment.waves.omega):
+    drift: Drift = "none"  # calm water needs no database, panels have their own
+    if settings.drift or (len(environment.waves.omega) and not uses_panels(body, settings)):
         drift = drift_of(body, settings.drift, motion)
-    elements = _elements(model, table, body, index, environment, motion, drift, memory)
+    elements = _elements(model, table, body, index, environment, motion, drift, memory, settings)
     p[t_.B_ELEMENTS] = len(elements)
     p[t_.B_ELEMENT_DATA] = table.length
     for kind, data in elements:

@@ -13,7 +13,11 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 
 #: Database variable of each response, with its dof dimension.
-RESPONSES = {"force": ("excitation_force", "influenced_dof"), "motion": ("RAO", "radiating_dof")}
+RESPONSES = {
+    "force": ("excitation_force", "influenced_dof"),
+    "diffraction": ("diffraction_force", "influenced_dof"),
+    "motion": ("RAO", "radiating_dof"),
+}
 DOFS = ["Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw"]
 
 
@@ -151,7 +155,8 @@ def responses(name: str, response: str, waves: WaveField, yaw: float) -> NDArray
 
     Args:
         name: wave database, see `database_path`.
-        response: "force" [N, N m] or "motion" [m, rad].
+        response: "force" (wave excitation) or "diffraction" (its part beside the pressure of
+            the undisturbed wave) [N, N m], or "motion" [m, rad].
         waves: wave field.
         yaw: heading of the body, rad, NWU.
 

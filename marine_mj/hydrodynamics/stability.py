@@ -5,12 +5,14 @@ from collections.abc import Mapping, Sequence
 import mujoco
 import numpy as np
 
+from marine_mj.environment import Environment
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients
 from marine_mj.hydrodynamics.inertia import rigid_inertia
 from marine_mj.hydrodynamics.memory import Memory
 from marine_mj.hydrodynamics.pack import BodySettings, memory_of
+from marine_mj.hydrodynamics.panels import restoring_of
 
 #: Largest h lambda of `x' = -lambda x` (semi-implicit Euler and kin; RK4; both measured).
 DAMPING_LIMIT, DAMPING_LIMIT_RK4 = 2.0, 2.78
@@ -72,8 +74,12 @@ def largest_timestep(
     """Largest stable time step [s] of a body: `h D / M < 2` and `h omega < 2` (RK4: 2.78, 2.82).
 
     The mass is the body's own with added mass (what hangs on it can only raise the limit); the
-    damping slope is taken at `reference_speed`. With radiation memory the added mass is A(inf), and
-    the limit is lowered until the linear step of body and memory together does not grow.
+    damping slope is taken at `reference_speed`, the restoring of a hull mesh at its equilibrium.
+    With radiation memory the added mass is A(inf), and the limit is lowered until the linear step
+    of body and memory together does not grow.
+
+    Raises:
+        ModelError: the hull mesh of a body on panels finds no equilibrium.
     """
     memory = memory_of(body, settings)
     M = rigid_inertia(model, model.body(body.name).id)
@@ -85,14 +91,13 @@ def largest_timestep(
     bounds = [np.inf]
     if rate > 0:
         bounds.append((DAMPING_LIMIT_RK4 if rk4 else DAMPING_LIMIT) / rate)
-    if body.restoring is not None:
-        square = np.abs(np.linalg.eigvals(inverse @ body.restoring)).max()
-        if square > 0:
-            bounds.append((SPRING_LIMIT_RK4 if rk4 else SPRING_LIMIT) / np.sqrt(square))
+    G = restoring_of(model, body, settings, Environment())
+    square = np.abs(np.linalg.eigvals(inverse @ G)).max()
+    if square > 0:
+        bounds.append((SPRING_LIMIT_RK4 if rk4 else SPRING_LIMIT) / np.sqrt(square))
     bound = float(min(bounds))
     if memory is None:
         return bound
-    G = np.zeros((6, 6)) if body.restoring is None else body.restoring
     bound = min(bound, 1.0)
     while _growth(inverse, D, G, memory, bound, rk4) > 1 + 1e-9:
         bound *= 0.9

@@ -70,6 +70,21 @@ MM_ADDRESS, MM_POLES, MM_GROUPS, MM_DATA = 0, 1, 2, 3
 MG_DOFS, MG_POLES, MG_FIRST, MG_DOF, MG_RESIDUES = 0, 1, 2, 3, 9
 #: Most poles of one body.
 MAX_POLES = 48
+#: Pressure on the wetted panels of a hull mesh.
+PANELS = 7.0
+# its parameters: vertices (n) and triangles (m), then where they stand
+P_VERTICES, P_TRIANGLES = 0, 1
+P_VERTEX_DATA = 2  # offset of x (n), y (n), z (n), and again as (n, 3); body axes
+P_TRIANGLE_DATA = 3  # offset of rows: three vertex numbers, area times outward normal (3)
+P_WAVES = 4  # 1: with the pressure of the incident waves
+P_COUNTS = 5  # Chebyshev nodes along, across and downwards (3); 0: summed at every vertex
+P_NODES = 8  # their places in [-1, 1] (3, MAX_NODES)
+P_TRANSFORMS = 56  # from values at the nodes to coefficients (3, MAX_NODES, MAX_NODES)
+P_SIZE = 824
+MAX_NODES = 16
+PANEL_COLUMNS = 6
+MAX_HULL_VERTICES = 1024
+MAX_HULL_TRIANGLES = 2048
 
 #: What the wrench on a body is reported by, in the order of the kernel's accumulators.
 CAUSES = (

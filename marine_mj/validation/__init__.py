@@ -11,6 +11,7 @@ from marine_mj.validation import (
     analysis,
     drift,
     estimates,
+    panels,
     physics,
     radiation,
     vehicles,
@@ -27,6 +28,7 @@ CASES: dict[str, tuple[Callable[[], Iterable[Row]], ...]] = {
     "Radiation memory": radiation.CASES,
     "Wave drift": drift.CASES,
     "Vehicles": vehicles.CASES,
+    "Hull panels": panels.CASES,
     "Coefficient estimates": estimates.CASES,
     "Statistics": analysis.CASES,
 }

@@ -20,6 +20,7 @@ from marine_mj.hydrodynamics.kernels.memory import (
     int_value,
     scratch,
 )
+from marine_mj.hydrodynamics.kernels.panels import panels
 from marine_mj.hydrodynamics.kernels.radiation import memory
 from marine_mj.hydrodynamics.kernels.water import FAST, component, phasors, series
 
@@ -317,4 +318,7 @@ def apply(model, data, table, record, body, R, nu, time, f, inertia):
         elif kind == t_.MEMORY:
             force = advance(f, 6 * t_.C_RADIATION)
             memory(model, data, table, record, q, R, nu, time, force)
+        elif kind == t_.PANELS:
+            still, waves = advance(f, 6 * t_.C_RESTORING), advance(f, 6 * t_.C_WAVES)
+            panels(table, q, own, R, x, time, still, waves)
         place += int(table[place + t_.EL_SIZE])

@@ -210,7 +210,7 @@ def _stretched(table, x, y, z, time):
 
 
 @njit(fastmath=FAST)
-def _turn(n, k, bx, by, dx, dy, cosine, sine):
+def turn(n, k, bx, by, dx, dy, cosine, sine):
     """Turn of the phase of every component over the step (dx, dy)."""
     for i in range(n):
         s, c = sin_cos(k[i] * (bx[i] * dx + by[i] * dy))
@@ -279,7 +279,7 @@ def water_row(table, first, step, count, time, orbital, convective, out):
         k = component(table, t_.W_K)
         bx = component(table, t_.W_BX)
         by = component(table, t_.W_BY)
-        _turn(n, k, bx, by, step[0], step[1], turn_c, turn_s)
+        turn(n, k, bx, by, step[0], step[1], turn_c, turn_s)
         _growth(n, k, step[2], rise)
         _growth(n, k, -step[2], fall)
         phasors(table, first[0], first[1], time, cosine, sine)

@@ -1,0 +1,74 @@
+"""Hull panels of a body: whether it has them, what the table holds, its linear restoring."""
+
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from marine_mj.environment import Environment, WaveField
+from marine_mj.errors import ModelError
+from marine_mj.frames import Array
+from marine_mj.hydrodynamics.coefficients import ZERO, BodyCoefficients
+from marine_mj.hydrodynamics.expansion import expansion
+from marine_mj.hydrodynamics.hull import read_hull
+from marine_mj.hydrodynamics.hydrostatics import floating_restoring
+from marine_mj.hydrodynamics.inertia import subtree_inertia
+
+if TYPE_CHECKING:
+    from marine_mj.hydrodynamics.pack import BodySettings, _Table
+
+
+def uses_panels(body: BodyCoefficients, settings: "BodySettings") -> bool:
+    """Whether the hydrostatics of a body come from its hull mesh; see `BodySettings`.
+
+    Raises:
+        ModelError: panels are asked for and the body names no hull mesh.
+    """
+    other = body.restoring is not None or body.displaced_volume or body.buoyancy
+    chosen = settings.hydrostatics or ("panels" if body.hull_mesh and not other else "linear")
+    if chosen == "panels" and body.hull_mesh is None:
+        raise ModelError(
+            f"hydrostatics 'panels' of {body.name!r} needs a hull mesh; allowed is 'linear', or a "
+            f'mesh: <text name="{body.name}.hull_mesh" data="FILE.obj"/>'
+        )
+    return chosen == "panels"
+
+
+def panel_parameters(
+    table: "_Table", body: BodyCoefficients, waves: WaveField, settings: "BodySettings"
+) -> Array:
+    """Parameters (P_SIZE,) of the panels of a body; vertices and triangles go into the table.
+
+    Raises:
+        ModelError: the hull mesh does not exist, cannot be read or is refused.
+    """
+    hull = read_hull(str(body.hull_mesh))
+    x = hull.vertices
+    place = table.add(x.T, x)
+    rows = table.add(np.column_stack([hull.triangles, hull.areas]))
+    head = [len(x), len(hull.triangles), place, rows, settings.froude_krylov]
+    return np.concatenate([head, expansion(waves, hull.extent, len(x))])
+
+
+def restoring_of(
+    model: mujoco.MjModel,
+    body: BodyCoefficients,
+    settings: "BodySettings",
+    environment: Environment,
+) -> Array:
+    """Linear restoring matrix (6, 6) of a floating body, FLU: given, or from its hull mesh.
+
+    The mesh is taken at its equilibrium; zeros for a body that is under water there.
+
+    Raises:
+        ModelError: the hull floats but finds no equilibrium.
+    """
+    if body.restoring is not None:
+        return body.restoring
+    if not uses_panels(body, settings):
+        return ZERO
+    mass, center, _ = subtree_inertia(model, model.body(body.name).id)
+    hull = read_hull(str(body.hull_mesh))
+    if mass >= environment.water_density * hull.volume:
+        return ZERO
+    return floating_restoring(hull, mass, center, environment.water_density, environment.gravity)
