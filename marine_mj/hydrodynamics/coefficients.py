@@ -34,6 +34,8 @@ PLAIN = {
 QUANTITIES = sorted(
     [f"{name}_{frame}" for name in FRAMED for frame in ("frd", "flu")] + list(PLAIN) + ["tank"]
 )
+#: Texts `BODY.QUANTITY` that name a file.
+TEXTS = ("wave_database", "hull_mesh")
 ZERO = np.zeros((6, 6))
 ZERO.flags.writeable = False
 
@@ -89,6 +91,7 @@ class BodyCoefficients:
     restoring: Array | None = None
     equilibrium_height: float = 0.0
     wave_database: str | None = None
+    hull_mesh: str | None = None
     wind: Array | None = None
     tanks: tuple[Tank, ...] = ()
     reference_speed: Array = field(default_factory=lambda: np.array([2.0, 1.0]))
@@ -205,7 +208,7 @@ def _collect(spec: mujoco.MjSpec) -> dict[str, dict[str, Array]]:
         found.setdefault(owner, {})[quantity] = data
     for text in spec.texts:
         owner, _, quantity = text.name.partition(".")
-        if quantity == "wave_database" and owner not in found:
+        if quantity in TEXTS and owner not in found:
             raise ModelError(
                 f"text {text.name!r} belongs to the body {owner!r}, which has no hydrodynamic "
                 f"coefficients; bodies that have are {sorted(found)}"
@@ -298,7 +301,10 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
         center = np.array(site.pos, dtype=float)
     if "wind" in values and (values["wind"][:3] < 0).any():
         raise ModelError(f"wind of {name!r} is {values['wind']}; areas and length must be >= 0")
-    database = next((t.data for t in spec.texts if t.name == f"{name}.wave_database"), None)
+    files = {
+        quantity: next((t.data for t in spec.texts if t.name == f"{name}.{quantity}"), None)
+        for quantity in TEXTS
+    }
     strips = None
     if "strips" in values:
         strips = _strips(name, values, frames, volume or buoyancy / (1025 * 9.81))
@@ -315,7 +321,7 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
         submergence_height=float(values.get("submergence_height", [0.0])[0]),
         strips=strips,
         equilibrium_height=float(values.get("equilibrium_height", [0.0])[0]),
-        wave_database=database,
+        **files,
         wind=values.get("wind"),
         tanks=_tanks(name, raw, spec),
         reference_speed=values.get("reference_speed", np.array([2.0, 1.0])),
