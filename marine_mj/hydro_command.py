@@ -216,10 +216,10 @@ def _show_results(data: Any, rows: Any, console: Any) -> None:
     if rows is None:
         return
     heads = [f"{h:.3g} m" for h in rows[0].sizes]
-    table = Table("convergence", *heads, "order", "limit", "last - limit", box=None, pad_edge=False)
+    table = Table("convergence", *heads, "order", "limit", "uncertainty", box=None, pad_edge=False)
     for r in rows:
-        off = 100 * (r.values[-1] / r.limit - 1) if r.limit else float("nan")
-        order = f"{r.order:.2g}" if r.order == r.order else "(1)"
+        off = 100 * r.uncertainty / abs(r.limit) if r.limit else float("nan")
+        order = f"{r.order:.2g}" if r.order == r.order else "-"
         cells = [f"{v:.5g}" for v in r.values]
-        table.add_row(r.name, *cells, order, f"{r.limit:.5g}", f"{off:+.2g} %")
+        table.add_row(r.name, *cells, order, f"{r.limit:.5g}", f"{off:.2g} %")
     console.print(table)

@@ -21,8 +21,7 @@ class Convergence:
         values: (n,) SI units.
         order: observed order p of `f(h) = f_0 + c h^p`; NaN where the values do not approach
             monotonically.
-        limit: Richardson's f_0; with the order 1 (flat panels of constant strength) where p is
-            not known.
+        limit: Richardson's f_0; the finest value where p is not known.
     """
 
     name: str
@@ -31,12 +30,19 @@ class Convergence:
     order: float
     limit: float
 
+    @property
+    def uncertainty(self) -> float:
+        """Distance of the finest value from the limit; the spread of all where p is not known."""
+        if np.isfinite(self.order):
+            return abs(float(self.values[-1] - self.limit))
+        return float(np.ptp(self.values))
+
 
 def richardson(sizes: Array, values: Array) -> tuple[float, float]:
     """Observed order and extrapolated value (p, f_0) of `f(h) = f_0 + c h^p`, last three sizes.
 
     (Roache 1998; unequal ratios.) The order is NaN with less than three values, or where they do
-    not approach monotonically with an order from 0.3 to 6; the value then assumes order 1.
+    not approach monotonically with an order from 0.3 to 6; the value is then the finest one.
 
     Args:
         sizes: (n,) descending, n >= 2.
@@ -52,8 +58,9 @@ def richardson(sizes: Array, values: Array) -> tuple[float, float]:
 
         if miss(0.3) * miss(6.0) < 0:
             order = float(brentq(miss, 0.3, 6.0))
-    p = order if np.isfinite(order) else 1.0
-    share = h[-1] ** p / (h[-2] ** p - h[-1] ** p)
+    if not np.isfinite(order):
+        return order, float(f[-1])
+    share = h[-1] ** order / (h[-2] ** order - h[-1] ** order)
     return order, float(f[-1] + (f[-1] - f[-2]) * share)
 
 

@@ -137,11 +137,11 @@ def plot_radiation(data: "xr.Dataset") -> Figure:
 
 
 def plot_convergence(sizes: NDArray, values: dict[str, NDArray], title: str) -> Figure:
-    """Figure of coefficients over the panel size, each divided by its extrapolated value.
+    """Figure of coefficients over the panel size, each divided by its limit.
 
     Args:
         sizes: (n,) panel sizes, m.
-        values: (n,) ratios to the extrapolated (or finest) value, by name.
+        values: (n,) ratios to the limit (extrapolated or finest value), by name.
         title: of the picture.
     """
     figure = _figure(7.5, 4.4)
@@ -153,7 +153,7 @@ def plot_convergence(sizes: NDArray, values: dict[str, NDArray], title: str) -> 
     axis.axhline(0, color="0.35", linewidth=0.8)
     axis.set_xlim(left=0)
     axis.set_xlabel("mean panel size (m)", fontsize=8)
-    axis.set_ylabel("difference from the extrapolated value (%)", fontsize=8)
+    axis.set_ylabel("difference from the limit (%)", fontsize=8)
     axis.legend(fontsize=7, frameon=False, ncols=2)
     _finish(axis)
     _title(figure, title)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -112,7 +113,7 @@ def lid(hull: Panels, size: float) -> Panels | None:
 
     cells = []
     margin = 1e-7 * (high - low)
-    for x0, x1 in zip(borders[:-1], borders[1:], strict=True):
+    for x0, x1 in pairwise(borders.tolist()):
         aft, fore = crossings(x0 + margin), crossings(x1 - margin)
         if len(aft) != len(fore):
             continue  # a waterline begins inside this column

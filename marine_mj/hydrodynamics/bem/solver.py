@@ -17,7 +17,7 @@ from marine_mj.hydrodynamics.raos import DOFS
 
 #: Panels that are solved for: fewer say nothing, more do not fit into memory (16 n^2 bytes, twice).
 FEWEST, MOST = 20, 5000
-#: Panels per wavelength that are needed.
+#: Panel radii (half diagonals) per wavelength that are needed.
 PER_WAVELENGTH = 8
 
 
@@ -110,13 +110,12 @@ def check_panels(hull: Panels, omega: Array, gravity: float) -> list[str]:
         )
     notes = []
     if len(omega):
-        largest = float(2 * np.percentile(hull.radius(), 90))
-        shortest = 2 * np.pi * gravity / omega.max() ** 2
-        if largest > shortest / PER_WAVELENGTH:
-            limit = np.sqrt(2 * np.pi * gravity / (PER_WAVELENGTH * largest))
+        # Capytaine's rule: eight panel radii in a wavelength.
+        limit = np.sqrt(2 * np.pi * gravity / (PER_WAVELENGTH * np.percentile(hull.radius(), 90)))
+        if omega.max() > limit:
             notes.append(
-                f"panels of {largest:.2g} m resolve waves up to {limit:.3g} rad/s "
-                f"({PER_WAVELENGTH} per wavelength), asked for are {omega.max():.3g} rad/s"
+                f"the panels resolve waves up to {limit:.3g} rad/s, asked for are "
+                f"{omega.max():.3g} rad/s: take smaller panels or fewer frequencies"
             )
     return notes
 
@@ -142,7 +141,7 @@ def solve(
     density: float,
     gravity: float = 9.81,
     depth: float = np.inf,
-    origin: Array = np.zeros(3),
+    origin: Array | None = None,
     unbounded: bool = False,
     keep: bool = False,
     progress: Callable[[int, int], None] | None = None,
@@ -157,7 +156,7 @@ def solve(
         density: kg/m3.
         gravity: m/s2.
         depth: of the water, m.
-        origin: (3,) centre of the rotations, m.
+        origin: (3,) centre of the rotations, m; default (0, 0, 0).
         unbounded: no water surface and no bottom: only the added mass.
         keep: keep Capytaine's results with the potentials on the panels.
         progress: called with (solved, all) frequencies.
@@ -168,7 +167,7 @@ def solve(
     cpt = capytaine()
     omega = np.sort(np.asarray(omega, dtype=float)) if not unbounded else np.zeros(0)
     check_panels(hull, omega, gravity)
-    body = floating_body(hull, lid, np.asarray(origin, dtype=float))
+    body = floating_body(hull, lid, np.zeros(3) if origin is None else np.asarray(origin))
     solver = cpt.BEMSolver()
     common = {"body": body, "rho": density, "g": gravity, "water_depth": depth}
     surface = {"free_surface": np.inf} if unbounded else {"free_surface": 0.0}

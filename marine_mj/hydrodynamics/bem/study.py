@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 
 #: Panels of the whole hull that the default panel size aims at.
 DEFAULT_PANELS = 700
-#: Default frequencies over sqrt(g / L): waves from 60 to 1/6 hull lengths.
-DEFAULT_OMEGA = np.linspace(0.32, 6.14, 40)
+#: Default frequencies over sqrt(g / L): waves from 60 to 1/4 hull lengths.
+DEFAULT_OMEGA = np.linspace(0.32, 5.0, 40)
 DEFAULT_DIRECTIONS = np.radians(np.arange(0.0, 360.0, 15.0))
 
 
@@ -275,7 +275,8 @@ def analyse(
     meshed = hydrostatics(*panels.triangles(), floating=hull.still.waterplane_area > 0)
     viscous, motions = _response(hull, solution)
     k = np.array([float(wavenumber(w, s.depth, s.gravity)) for w in solution.omega])
-    where = "unbounded fluid" if hull.unbounded else f"depth {s.depth:g} m, zero speed"
+    deep = "infinite depth" if np.isinf(s.depth) else f"depth {s.depth:g} m"
+    where = "unbounded fluid" if hull.unbounded else f"{deep}, zero speed"
     attributes = {
         "title": f"Linear wave response of {hull.name}",
         "geometry": hull.source,
