@@ -60,6 +60,7 @@ def main() -> None:
         directions=DIRECTIONS,
         density=WATER_DENSITY,
         gravity=GRAVITY,
+        method="indirect",  # as the reference tables were made
     )
     body = RigidBody(MASS, np.zeros(3), np.diag(INERTIA))
     rigid = body.matrix(np.zeros(3))
@@ -71,9 +72,7 @@ def main() -> None:
         omega, result.added_mass, rigid, stiffness, {"Roll": ROLL_DAMPING_RATIO}
     )
     force = result.froude_krylov + result.diffraction
-    rao = motion_raos(
-        omega, rigid + result.added_mass, result.damping + viscous, stiffness, force
-    )
+    rao = motion_raos(omega, rigid + result.added_mass, result.damping + viscous, stiffness, force)
     about = (
         f"{ROLL_DAMPING_RATIO:.0%} of critical at the roll natural frequency; in RAO, not in "
         "radiation_damping"

@@ -48,6 +48,9 @@ def hydro_command(
             help="Unbounded fluid, or waves; default: waves where the hull reaches the surface.",
         ),
     ] = None,
+    method: Annotated[
+        str, typer.Option(help="Boundary integral equation: direct or indirect.")
+    ] = "direct",
     repair: Annotated[
         bool, typer.Option("--repair", help="Turn inward faces, drop those without area.")
     ] = False,
@@ -112,6 +115,7 @@ def hydro_command(
             symmetry=symmetry,
             lid=lid,
             submerged=submerged,
+            method=method,
             repair=repair,
             roll_damping=roll_damping,
             pitch_damping=pitch_damping,

@@ -262,6 +262,11 @@ def _tanks(name: str, raw: dict[str, Array], spec: mujoco.MjSpec) -> tuple[Tank,
     return tuple(tanks)
 
 
+def _file(spec: mujoco.MjSpec, name: str, quantity: str) -> str | None:
+    """File that the text `BODY.QUANTITY` names, None without one."""
+    return next((t.data for t in spec.texts if t.name == f"{name}.{quantity}"), None)
+
+
 def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoefficients:
     """Checked coefficients of one body."""
     values, frames = _split(name, raw)
@@ -301,10 +306,6 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
         center = np.array(site.pos, dtype=float)
     if "wind" in values and (values["wind"][:3] < 0).any():
         raise ModelError(f"wind of {name!r} is {values['wind']}; areas and length must be >= 0")
-    files = {
-        quantity: next((t.data for t in spec.texts if t.name == f"{name}.{quantity}"), None)
-        for quantity in TEXTS
-    }
     strips = None
     if "strips" in values:
         strips = _strips(name, values, frames, volume or buoyancy / (1025 * 9.81))
@@ -321,7 +322,8 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
         submergence_height=float(values.get("submergence_height", [0.0])[0]),
         strips=strips,
         equilibrium_height=float(values.get("equilibrium_height", [0.0])[0]),
-        **files,
+        wave_database=_file(spec, name, "wave_database"),
+        hull_mesh=_file(spec, name, "hull_mesh"),
         wind=values.get("wind"),
         tanks=_tanks(name, raw, spec),
         reference_speed=values.get("reference_speed", np.array([2.0, 1.0])),

@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from marine_mj.validation import estimates, physics, vehicles, waves
+from marine_mj.validation import estimates, geometry, physics, vehicles, waves
 from marine_mj.validation.rows import Row
 
 __all__ = ["CASES", "Row", "markdown", "run", "write"]
@@ -18,6 +18,7 @@ CASES: dict[str, tuple[Callable[[], Iterable[Row]], ...]] = {
     "Waves": waves.CASES,
     "Vehicles": vehicles.CASES,
     "Coefficient estimates": estimates.CASES,
+    "Hydrodynamics from geometry": geometry.CASES,
 }
 
 

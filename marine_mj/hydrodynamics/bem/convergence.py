@@ -103,6 +103,7 @@ def convergence(
             depth=s.depth,
             origin=hull.origin,
             unbounded=hull.unbounded,
+            method=s.method,
         )
         actual.append(np.sqrt(hull.still.wetted_surface / len(panels)))
         found = {f"A{i + 1}{i + 1}(inf)": result.infinite[i, i] for i in range(6)}

@@ -59,6 +59,7 @@ class Settings:
         lid: panels in the waterplane against irregular frequencies.
         submerged: True: unbounded fluid; False: waves; None: waves where the hull reaches the
             surface.
+        method: boundary integral equation, see `solve`.
         repair: see `read_mesh`.
         roll_damping, pitch_damping: viscous shares of critical damping.
         viscous: (6, 6) viscous damping matrix, flattened or diagonal, N s/m ... N m s.
@@ -82,6 +83,7 @@ class Settings:
     symmetry: bool = True
     lid: bool = True
     submerged: bool | None = None
+    method: str = "direct"
     repair: bool = False
     roll_damping: float = 0.0
     pitch_damping: float = 0.0
@@ -142,9 +144,9 @@ class Hull:
     def panels(self, size: float) -> tuple[Panels, Panels | None]:
         """Hull and lid of about that panel size [m], a half or quarter where it is symmetric."""
         points, faces = self.wetted
-        mirrors = ()
+        mirrors: tuple[int, ...] = ()
         if self.settings.symmetry:
-            mirrors = tuple(axis for axis in (1, 0) if is_mirrored(points, axis))
+            mirrors = tuple(axis for axis in (1, 0) if is_mirrored(self.mesh.vertices, axis))
         for axis in mirrors:
             points, faces = cut(points, faces, axis, 1)
         hull = from_triangles(*remesh(points, faces, size), mirrors)
@@ -270,6 +272,7 @@ def analyse(
         depth=s.depth,
         origin=hull.origin,
         unbounded=hull.unbounded,
+        method=s.method,
         progress=progress,
     )
     meshed = hydrostatics(*panels.triangles(), floating=hull.still.waterplane_area > 0)
@@ -283,7 +286,7 @@ def analyse(
         "mesh_sha256": hull.sha256,
         "mesh": f"{len(panels)} wetted panels of about {size:.3g} m and "
         f"{0 if cover is None else len(cover)} lid panels against irregular frequencies, "
-        f"{len(panels.mirrors)} mirror planes",
+        f"{len(panels.mirrors)} mirror planes, {s.method} method",
         "panel_size": size,
         "panels": len(panels),
         "panel_volume_error": meshed.volume / hull.still.volume - 1,
@@ -386,6 +389,10 @@ def _check(s: Settings) -> None:
             raise ModelError(
                 f"{name} has {len(values)} values; allowed are {' or '.join(map(str, sizes))}"
             )
+    for name in ("center_of_mass", "inertia", "gyration"):
+        values = getattr(s, name)
+        if values is not None and not (len(values) == 3 and np.isfinite(values).all()):
+            raise ModelError(f"{name} is {list(values)}; allowed are 3 finite numbers (x y z)")
     for name in ("omega", "directions"):
         values = getattr(s, name)
         if values is not None and (len(values) == 0 or not np.isfinite(values).all()):
