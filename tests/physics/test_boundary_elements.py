@@ -12,6 +12,7 @@ import trimesh
 import xarray as xr
 
 from marine_mj import cli
+from marine_mj.environment import group_speed, wavenumber
 from marine_mj.errors import ModelError
 from marine_mj.hydrodynamics.bem import database as database_module
 from marine_mj.hydrodynamics.bem import figures
@@ -45,13 +46,13 @@ RHO, G = 1025.0, 9.81
 def test_deep_ellipsoid_is_lambs():
     ours = np.diag(deep_added_mass(ellipsoid_panels((1.0, 0.5, 0.25), 6)))
     exact = np.diag(ellipsoid_added_mass(1.0, 0.5, 0.25, RHO))
-    np.testing.assert_allclose(ours, exact, rtol=0.05)  # 3.7 % with 288 panels, 0.9 with 1152
+    np.testing.assert_allclose(ours, exact, rtol=0.05)  # 3.6 % with 288 panels, 1.0 with 1152
 
 
 def test_deep_cube_turns_alike_about_all_axes():
     A = deep_added_mass(prism_panels((1, 1, 1), (4, 4, 4)))
     np.testing.assert_allclose(np.diag(A)[3:], A[3, 3], rtol=1e-9)
-    np.testing.assert_allclose(np.diag(A)[:3], 5275, rtol=0.03)  # 5346: 384 panels
+    np.testing.assert_allclose(np.diag(A)[:3], 5275, rtol=0.03)  # 5388: 384 panels
     assert np.abs(A - np.diag(np.diag(A))).max() < 1e-9 * A[0, 0]
 
 
@@ -71,8 +72,8 @@ def test_floating_hemisphere_within_two_percent():
         exact = np.array([hemisphere(k, surge=dof == 0) for k in waves])
         A = solution.added_mass[:, dof, dof] / unit
         B = solution.damping[:, dof, dof] / unit / solution.omega
-        np.testing.assert_allclose(A, exact.real, rtol=0.02)  # 0.4 %
-        np.testing.assert_allclose(B, exact.imag, rtol=0.03)  # 2.1 %
+        np.testing.assert_allclose(A, exact.real, rtol=0.02)  # 0.6 %
+        np.testing.assert_allclose(B, exact.imag, rtol=0.03)  # 2.0 %
 
 
 def test_excitation_is_haskinds():
@@ -80,16 +81,21 @@ def test_excitation_is_haskinds():
     direct, other = solution.froude_krylov + solution.diffraction, haskind(solution)
     for dof in (0, 1, 2):
         scale = np.abs(direct[..., dof]).max()
-        assert np.abs(direct - other)[..., dof].max() < 0.02 * scale  # 0.4 %
+        assert np.abs(direct - other)[..., dof].max() < 0.02 * scale  # 0.23 %
 
 
-def test_damping_radiates_what_the_waves_carry_off():
+@pytest.mark.parametrize("depth", [np.inf, 1.8])
+def test_damping_radiates_what_the_waves_carry_off(depth):
     """`B_jj = k / (8 pi rho g c_g) int |F_j|^2 d beta` (Newman 1977, sec. 6.18), axisymmetric."""
-    solution = floating_hemisphere(8, np.array([1.0]))
-    w = solution.omega[0]
+    hull = ellipsoid_panels((1.0, 1.0, 1.0), 8, floating=True)
+    w = np.array([2.5])
+    solution = solve(
+        hull, lid(hull, 0.2), omega=w, directions=np.zeros(1), density=RHO, depth=depth
+    )
     force = np.abs(solution.froude_krylov + solution.diffraction)[0, 0, 2]
-    expected = (w * w / G) / (4 * 1.0 * G * (0.5 * G / w)) * force**2
-    assert solution.damping[0, 2, 2] == pytest.approx(expected, rel=0.02)  # 0.6 %
+    k, speed = wavenumber(w, depth)[0], group_speed(w, depth)[0]
+    expected = k / (4 * RHO * G * speed) * force**2
+    assert solution.damping[0, 2, 2] == pytest.approx(expected, rel=0.02)  # 0.1 and 0.8 %
 
 
 def test_stiffness_is_capytaines(tmp_path):
@@ -116,12 +122,12 @@ def test_near_surface_sphere_needs_no_lid_and_feels_waves(tmp_path):
     assert "0 lid panels" in data.attrs["mesh"] and "waterplane_area" not in data
     # Havelock: a sphere goes round as the water does; heave and surge alike in long waves.
     force = np.hypot(*data.excitation_force.values[:, 0, 0, [0, 2]])
-    assert force[0] == pytest.approx(force[1], rel=0.05)
+    assert force[0] == pytest.approx(force[1], rel=0.05)  # 2.8 %
     deep = analyse(read_hull(str(tmp_path / "ball.stl"), Settings(waterline=1.5, panel=0.5)))
     assert "RAO" not in deep and "added_mass" not in deep
     np.testing.assert_allclose(
-        np.diag(deep.infinite_added_mass)[:3], 0.5 * RHO * 4 / 3 * np.pi, rtol=0.1
-    )  # 6 % less: 162 corners on the sphere
+        np.diag(deep.infinite_added_mass)[:3], 0.5 * RHO * 4 / 3 * np.pi, rtol=0.04
+    )  # 2.3 % less: 162 corners on the sphere
     with pytest.raises(ModelError, match="has no RAO: it was made without waves"):
         figures.plot_raos(deep)
     with pytest.raises(ModelError, match="has no added_mass"):
@@ -157,16 +163,16 @@ def box_file(tmp_path_factory):
 
 
 def test_hydro_command(box_file, tmp_path, capsys):
-    """The USV's box from a mesh, 230 triangles, beside the database that fine panels made."""
+    """The USV's box from a coarsely remeshed STL beside the database that fine panels made."""
     target = tmp_path / "out" / "usv.nc"
     with pytest.raises(SystemExit) as stop:
         options = {
             "-o": str(target),
-            "--panel": "0.35",
+            "--panel": "0.45",
             "--mass": "2306",
             "--center-of-gravity": "0 0 0",
             "--inertia": "1040 5412 5237",
-            "--periods": "2 2.2 2.4 3 4 8 20",
+            "--periods": "2 2.4 3 8 20",
             "--directions": "0 45 90 180",
             "--roll-damping": "0.07",
         }
@@ -180,9 +186,11 @@ def test_hydro_command(box_file, tmp_path, capsys):
     pictures = ["convergence", "forces", "radiation", "raos"]
     assert names == sorted(["usv.nc", *(f"usv_{p}.png" for p in pictures)])
     w = 2 * np.pi / np.array([2.4, 3.0, 8.0, 20.0])
-    for dof, beta, worst in (("Heave", 0.0, 0.02), ("Pitch", 0.0, 0.02), ("Roll", np.pi / 2, 0.12)):
+    for dof, beta, worst in (("Heave", 0.0, 0.02), ("Pitch", 0.0, 0.02), ("Roll", np.pi / 2, 0.08)):
         ours, fine = (rao(str(f), w, beta, dof) for f in (target, "dus_v5750_box.nc"))
-        assert np.abs(ours - fine).max() < worst * np.abs(fine).max()  # 1, 1 and 9 %: resonance
+        assert (
+            np.abs(ours - fine).max() < worst * np.abs(fine).max()
+        )  # 1.4, 1.7 and 5.7 %: resonance
     with xr.open_dataset(target, engine="h5netcdf") as data:
         assert len(data.attrs["mesh_sha256"]) == 64
         assert json.loads(data.attrs["settings"])["roll_damping"] == 0.07
@@ -232,7 +240,7 @@ def test_lid_removes_the_irregular_frequency(box_file):
     wanted = {"omega": around, "directions": np.zeros(0), "density": RHO}
     rough, smooth = (solve(panels, c, **wanted).added_mass[:, 2, 2] for c in (None, cover))
     bend = [np.abs(np.diff(a, 2)).max() / abs(a.mean()) for a in (rough, smooth)]
-    assert bend[1] < 0.02 < bend[0]  # 0.004 and 0.3
+    assert bend[1] < 0.005 < 0.5 < bend[0]  # 0.0005 and 0.96
 
 
 def test_convergence_of_a_deep_ball(tmp_path):
@@ -244,7 +252,7 @@ def test_convergence_of_a_deep_ball(tmp_path):
     heave = rows[2]
     exact = 2 / 3 * np.pi * RHO
     errors = np.abs(heave.values / exact - 1)
-    assert errors[0] > errors[1] > errors[2] and errors[2] < 0.06  # volume of flat panels, mostly
+    assert errors[0] > errors[1] > errors[2] and errors[2] < 0.03  # 3.2, 3.0, 1.9 %
 
 
 def test_motion_of_one_degree_of_freedom():
@@ -280,7 +288,7 @@ def test_drag_linearisation_against_the_time_domain():
         (0, 60), [0.0, 0.0], rtol=1e-8, atol=1e-10, dense_output=True,
     )  # fmt: skip
     late = np.abs(run.sol(np.linspace(50, 60, 2000))[0]).max()
-    assert abs(X[0, 0, 2]) == pytest.approx(late, rel=0.03)  # 1.1 %
+    assert abs(X[0, 0, 2]) == pytest.approx(late, rel=0.02)  # 0.5 %
 
 
 def test_natural_periods_take_the_coupling_in():
@@ -355,4 +363,4 @@ def test_lid_of_a_quarter_is_a_quarter():
     points, faces = cover.triangles()
     area = trimesh.Trimesh(points, faces, process=False).area
     polygon = 24 / 2 * np.sin(2 * np.pi / 24)
-    assert area == pytest.approx(polygon, rel=0.04)  # columns thinner than a tenth are left out
+    assert area == pytest.approx(polygon, rel=0.05)  # 3.9 %: sagging columns

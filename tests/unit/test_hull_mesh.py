@@ -205,7 +205,7 @@ def test_cut_of_a_sphere_keeps_the_half_and_its_border_on_the_plane():
     assert (count <= 2).all()
     assert np.abs(points[unique[count == 1]][..., 2]).max() == 0
     cap = np.pi * 0.8**2 * (1 - 0.8 / 3)
-    assert hydrostatics(points, faces).volume == pytest.approx(cap, rel=0.02)  # 1.2 % facets
+    assert hydrostatics(points, faces).volume == pytest.approx(cap, rel=0.02)  # 1.0 % of facets
 
 
 def test_mirror_planes_are_found():
@@ -230,9 +230,9 @@ def test_remesh_coarsens_a_fine_sphere_without_losing_its_shape():
     points, faces = remesh(mesh.vertices, mesh.faces, 0.25)
     coarse = trimesh.Trimesh(points, faces, process=False)
     assert coarse.is_watertight and coarse.is_winding_consistent
-    assert 350 < len(faces) < 700  # 508
+    assert 350 < len(faces) < 700  # 474
     np.testing.assert_allclose(np.linalg.norm(points, axis=1), 1.0, atol=1e-9)
-    assert coarse.volume == pytest.approx(mesh.volume, rel=0.03)  # 2.2 % of facets
+    assert coarse.volume == pytest.approx(mesh.volume, rel=0.03)  # 2.6 % of facets
     again = remesh(mesh.vertices, mesh.faces, 0.25)
     assert np.array_equal(points, again[0]) and np.array_equal(faces, again[1])
 

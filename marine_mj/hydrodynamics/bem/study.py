@@ -293,7 +293,7 @@ def analyse(
         "asymmetry_before_symmetrising": solution.asymmetry,
         "water": f"{where}, rho {s.density:g} kg/m3, g {s.gravity:g} m/s2",
         "origin": "waterline frame " + " ".join(f"{v:.6g}" for v in hull.origin) + " m",
-        "settings": json.dumps(dataclasses.asdict(s)),
+        "settings": json.dumps({k: _plain(v) for k, v in dataclasses.asdict(s).items()}),
         "assumptions": "; ".join(notes),
         "software": ", ".join(
             f"{package} {version(package)}" for package in ("marine-mj", "capytaine", "numpy")
@@ -305,6 +305,11 @@ def analyse(
         periods = natural_periods(solution.omega, solution.added_mass, hull.rigid, hull.stiffness)
         data.attrs["natural_periods"] = json.dumps(periods)
     return data
+
+
+def _plain(value):
+    """A setting for JSON, which knows no infinity."""
+    return "inf" if value == float("inf") else value
 
 
 def _response(hull: Hull, solution: Solution):
