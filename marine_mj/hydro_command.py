@@ -83,7 +83,8 @@ def hydro_command(
 
     from marine_mj.cli import _numbers, _progress, console, errors
     from marine_mj.errors import ModelError
-    from marine_mj.hydrodynamics.bem.study import Settings, read_hull
+    from marine_mj.hydrodynamics.bem.settings import Settings
+    from marine_mj.hydrodynamics.bem.study import read_hull
 
     if omega is not None and periods is not None:
         raise ModelError("both --omega and --periods are given, allowed is one of them")

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from marine_mj.hydrodynamics.bem.study import Settings, read_hull
+from marine_mj.hydrodynamics.bem.settings import Settings
+from marine_mj.hydrodynamics.bem.study import read_hull
 
 ASSETS = Path(__file__).parents[2] / "assets"
 #: Metacentric height above the keel minus the draught, and the radii of gyration of the study.

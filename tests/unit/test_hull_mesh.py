@@ -13,7 +13,8 @@ from marine_mj.hydrodynamics.bem.mesh import check_mesh, find_hull, read_mesh
 from marine_mj.hydrodynamics.bem.panels import from_triangles, lid, rectangle
 from marine_mj.hydrodynamics.bem.remesh import remesh
 from marine_mj.hydrodynamics.bem.rigid_body import rigid_body
-from marine_mj.hydrodynamics.bem.study import Settings, read_hull
+from marine_mj.hydrodynamics.bem.settings import Settings
+from marine_mj.hydrodynamics.bem.study import read_hull
 from marine_mj.hydrodynamics.coefficients import read_coefficients
 
 LENGTH, BEAM, DRAUGHT = 5.0, 1.5, 0.3

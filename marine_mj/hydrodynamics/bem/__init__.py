@@ -9,8 +9,9 @@ from marine_mj.hydrodynamics.bem.database import save_database, wave_database
 from marine_mj.hydrodynamics.bem.hydrostatics import Hydrostatics, hydrostatics
 from marine_mj.hydrodynamics.bem.mesh import check_mesh, find_hull, read_mesh
 from marine_mj.hydrodynamics.bem.rao import motion_raos, natural_periods, rao
+from marine_mj.hydrodynamics.bem.settings import Settings
 from marine_mj.hydrodynamics.bem.solver import Solution, solve
-from marine_mj.hydrodynamics.bem.study import Hull, Settings, analyse, read_hull
+from marine_mj.hydrodynamics.bem.study import Hull, analyse, read_hull
 
 __all__ = [
     "Convergence",
