@@ -15,6 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from rich.table import Table
 
 from marine_mj.errors import MarineMjError, ScenarioError, SimulationError
+from marine_mj.hydro_command import hydro_command
 
 app = typer.Typer(
     help="Marine vehicle simulation on MuJoCo.",
@@ -140,6 +141,9 @@ def check_model_command(
     from marine_mj.hydrodynamics import check_model
 
     _rows(check_model(model))
+
+
+app.command("hydro")(hydro_command)
 
 
 @app.command("bench")

@@ -38,6 +38,8 @@ SCALABLE = (*FRAMED, "displaced_volume", "buoyancy")
 QUANTITIES = sorted(
     [f"{name}_{frame}" for name in FRAMED for frame in ("frd", "flu")] + list(PLAIN) + ["tank"]
 )
+#: Texts `BODY.QUANTITY` that name a file.
+TEXTS = ("wave_database", "hull_mesh")
 ZERO = np.zeros((6, 6))
 ZERO.flags.writeable = False
 
@@ -224,7 +226,7 @@ def _collect(spec: mujoco.MjSpec) -> dict[str, dict[str, Array]]:
         found.setdefault(owner, {})[quantity] = data
     for text in spec.texts:
         owner, _, quantity = text.name.partition(".")
-        if quantity in ("wave_database", "hull_mesh") and owner not in found:
+        if quantity in TEXTS and owner not in found:
             raise ModelError(
                 f"text {text.name!r} belongs to the body {owner!r}, which has no hydrodynamic "
                 f"coefficients; bodies that have are {sorted(found)}"
@@ -278,9 +280,14 @@ def _tanks(name: str, raw: dict[str, Array], spec: mujoco.MjSpec) -> tuple[Tank,
     return tuple(tanks)
 
 
+def _file(spec: mujoco.MjSpec, name: str, quantity: str) -> str | None:
+    """File that the text `BODY.QUANTITY` names, None without one."""
+    return next((t.data for t in spec.texts if t.name == f"{name}.{quantity}"), None)
+
+
 def _hull_mesh(spec: mujoco.MjSpec, name: str) -> str | None:
     """File of the hull mesh as `hull_path` finds it; the vehicle's own assets go first."""
-    text = next((t.data for t in spec.texts if t.name == f"{name}.hull_mesh"), None)
+    text = _file(spec, name, "hull_mesh")
     if text is None or not spec.modelfiledir:
         return text
     own = Path(spec.modelfiledir, spec.meshdir or "assets", text)
@@ -326,7 +333,6 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
         center = np.array(site.pos, dtype=float)
     if "wind" in values and (values["wind"][:3] < 0).any():
         raise ModelError(f"wind of {name!r} is {values['wind']}; areas and length must be >= 0")
-    database = next((t.data for t in spec.texts if t.name == f"{name}.wave_database"), None)
     strips = None
     if "strips" in values:
         strips = _strips(name, values, frames, volume or buoyancy / (1025 * 9.81))
@@ -343,7 +349,7 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
         submergence_height=float(values.get("submergence_height", [0.0])[0]),
         strips=strips,
         equilibrium_height=float(values.get("equilibrium_height", [0.0])[0]),
-        wave_database=database,
+        wave_database=_file(spec, name, "wave_database"),
         hull_mesh=_hull_mesh(spec, name),
         wind=values.get("wind"),
         drift=_drift(name, values["drift"]) if "drift" in values else None,

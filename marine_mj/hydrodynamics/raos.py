@@ -85,8 +85,11 @@ def _at(omega: Array, table: Array, wanted: Array) -> Array:
     return (1 - share) * table[right - 1] + share * table[right]
 
 
-def _motion(w: Array, M: Array, D: Array, G: Array, force: NDArray) -> NDArray[np.complex128]:
-    """`[-w^2 M - i w D + G]^-1 F`, (N, 6), of frequencies w (N,) and forces (N, 6)."""
+def motion(w: Array, M: Array, D: Array, G: Array, force: NDArray) -> NDArray[np.complex128]:
+    """Motion (N, 6) `[-w^2 M - i w D + G]^-1 F` at frequencies w (N,) [rad/s] under forces (N, 6).
+
+    Phasors `x(t) = Re(X exp(-i w t))`; M, D, G are (6, 6), or (N, 6, 6) where they depend on w.
+    """
     w = w[:, None, None]
     return np.linalg.solve(-(w**2) * M - 1j * w * D + G, force[..., None])[..., 0]
 
@@ -118,12 +121,12 @@ def radiation(
     w = waves.omega
     force = responses(name, "force", waves, yaw).T
     M, D = rigid + _at(omega, added, w), viscous + _at(omega, damping, w)
-    exact = _motion(w, M, D, restoring, force)
+    exact = motion(w, M, D, restoring, force)
     size = np.sqrt((np.abs(exact) ** 2).sum(axis=0))
     driven = size > 1e-9 * size.max()
 
     def error(A: Array, B: Array) -> float:
-        wrong = _motion(w, rigid + A, viscous + B, restoring, force) - exact
+        wrong = motion(w, rigid + A, viscous + B, restoring, force) - exact
         return float(((np.abs(wrong) ** 2).sum(axis=0)[driven] / size[driven] ** 2).sum())
 
     energy = waves.amplitude**2

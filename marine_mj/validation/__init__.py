@@ -11,6 +11,7 @@ from marine_mj.validation import (
     analysis,
     drift,
     estimates,
+    geometry,
     panels,
     physics,
     radiation,
@@ -30,6 +31,7 @@ CASES: dict[str, tuple[Callable[[], Iterable[Row]], ...]] = {
     "Vehicles": vehicles.CASES,
     "Hull panels": panels.CASES,
     "Coefficient estimates": estimates.CASES,
+    "Hydrodynamics from geometry": geometry.CASES,
     "Statistics": analysis.CASES,
 }
 

@@ -1,1 +1,36 @@
-"""Hydrodynamic data from the boundary element method (Capytaine, extra `bem`)."""
+"""Hydrodynamics from geometry: hydrostatics, radiation and wave loads of a hull mesh.
+
+`marine-mj hydro` uses it (docs/hydrodynamics.md). Mesh checks and hydrostatics need no Capytaine;
+`analyse` and `convergence` need the extra `bem`. Nothing here is used while a simulation runs.
+"""
+
+from marine_mj.hydrodynamics.bem.convergence import Convergence, convergence, richardson
+from marine_mj.hydrodynamics.bem.database import save_database, wave_database
+from marine_mj.hydrodynamics.bem.hydrostatics import Hydrostatics, hydrostatics
+from marine_mj.hydrodynamics.bem.mesh import check_mesh, find_hull, read_mesh
+from marine_mj.hydrodynamics.bem.rao import motion_raos, natural_periods, rao
+from marine_mj.hydrodynamics.bem.settings import Settings
+from marine_mj.hydrodynamics.bem.solver import Solution, solve
+from marine_mj.hydrodynamics.bem.study import Hull, analyse, read_hull
+
+__all__ = [
+    "Convergence",
+    "Hull",
+    "Hydrostatics",
+    "Settings",
+    "Solution",
+    "analyse",
+    "check_mesh",
+    "convergence",
+    "find_hull",
+    "hydrostatics",
+    "motion_raos",
+    "natural_periods",
+    "rao",
+    "read_hull",
+    "read_mesh",
+    "richardson",
+    "save_database",
+    "solve",
+    "wave_database",
+]

@@ -4,11 +4,15 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from marine_mj.errors import ModelError
+from marine_mj.hydrodynamics.raos import DOFS
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from marine_mj.hydrodynamics.bem.solver import Solution
 
 #: Degrees of freedom in which waves push steadily.
 DRIFT_DOFS = ["Surge", "Sway", "Yaw"]
@@ -132,3 +136,27 @@ def mean_drift_force(results: Sequence[Any], rao: "xr.DataArray") -> "xr.DataArr
             "motion of RAO",
         },
     )
+
+
+def database_drift(solution: "Solution", motions: NDArray[np.complex128]) -> "xr.DataArray":
+    """`mean_drift_force` of a solution for its database, see there.
+
+    Args:
+        solution: by `solve` with `method="indirect"` and `keep=True`.
+        motions: (omega, wave_direction, 6) motion RAOs.
+
+    Raises:
+        ModelError: the solution was made without keeping its results.
+    """
+    import xarray as xr
+
+    moving = xr.DataArray(
+        motions,
+        dims=("omega", "wave_direction", "radiating_dof"),
+        coords={
+            "omega": solution.omega,
+            "wave_direction": solution.directions,
+            "radiating_dof": DOFS,
+        },
+    )
+    return mean_drift_force(list(solution.details.values()), moving).astype(np.float32)
