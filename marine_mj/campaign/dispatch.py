@@ -1,0 +1,83 @@
+"""Handing work to a pool, through dead workers, down to the run that kills them."""
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+
+from marine_mj.campaign.pools import Pool
+from marine_mj.campaign.worker import WORKER_DIED, Done, Work, do, failed
+
+#: How often work whose worker died is tried again beside other work, and then alone.
+RETRIES, ALONE = 2, 2
+
+
+def dispatch(
+    jobs: Iterator[tuple[int, Work]], pool: Pool, do: Callable[[Work], Done] = do
+) -> Iterator[tuple[int, Done]]:
+    """Results in the order in which they are ready, each with the name of its job.
+
+    Twice as many jobs as there are workers are taken at a time, so that memory does not grow with
+    their number. When a worker dies its jobs are given out again, `RETRIES` times, since the one
+    to blame cannot be told from its neighbours; after that a job runs with nothing beside it, and
+    when that kills workers too it is halved, until the culprit run is found. That one becomes a
+    row with the error `WORKER_DIED`.
+
+    Args:
+        jobs: (name, work) pairs.
+        pool: does the work.
+        do: what is done, a function that can be pickled.
+
+    Raises:
+        Exception: what `do` raises.
+    """
+    running: dict[Future, tuple[int, Work]] = {}
+    again: deque[tuple[int, Work]] = deque()
+    suspects: deque[tuple[int, Work]] = deque()
+    deaths: dict[int, int] = {}
+    while True:
+        dead: list[tuple[int, Work]] = []
+        while not suspects and not dead and len(running) < 2 * pool.slots:
+            job = again.popleft() if again else next(jobs, None)
+            if job is None:
+                break
+            try:
+                running[pool.submit(do, job[1])] = job
+            except pool.died:
+                dead.append(job)
+        if not running and not dead:
+            if not suspects:
+                return
+            name, work = suspects.popleft()
+            yield name, _alone(work, pool, do)
+            continue
+        done = wait(running, return_when=FIRST_COMPLETED).done if not dead else set()
+        if dead or (pool.shared_fate and any(_died(future, pool) for future in done)):
+            done = wait(running).done
+        for future in sorted(done, key=lambda future: running[future][0]):
+            job = running.pop(future)
+            if _died(future, pool):
+                dead.append(job)
+            else:
+                yield job[0], future.result()
+        if dead:
+            pool.restart()
+        for job in sorted(dead, key=lambda job: job[0]):
+            deaths[job[0]] = deaths.get(job[0], 0) + 1
+            (suspects if deaths[job[0]] > RETRIES else again).append(job)
+
+
+def _died(future: Future, pool: Pool) -> bool:
+    return isinstance(future.exception(), pool.died)
+
+
+def _alone(work: Work, pool: Pool, do: Callable[[Work], Done]) -> Done:
+    """Results of work that has the pool for itself."""
+    for _ in range(ALONE):
+        try:
+            return pool.submit(do, work).result()
+        except pool.died:
+            pool.restart()
+    if len(work.variations) == 1:
+        return Done([failed(WORKER_DIED)])
+    first, second = work.halves()
+    return _alone(first, pool, do) + _alone(second, pool, do)
