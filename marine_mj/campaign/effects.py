@@ -47,7 +47,7 @@ def _levels(x: pd.Series, y: np.ndarray) -> dict[str, Any]:
         plain = level.item() if isinstance(level, np.generic) else level
         levels.append({"level": plain, "n": len(part), "mean": mean, "effect": mean - grand})
     total = float(((y - grand) ** 2).sum())
-    return {"levels": levels, "share": between / total if total > 0 else None}
+    return {"levels": levels, "share": between / total if np.ptp(y) > 0 else None}
 
 
 def _rank(x: np.ndarray, y: np.ndarray) -> dict[str, Any]:

@@ -187,9 +187,22 @@ class CampaignFolder:
         """Parquet files of all finished chunks, in the order of their runs."""
         return sorted(self.runs.glob("chunk-*.parquet"))
 
-    def read(self, name: str, columns: list[str]) -> pa.Table:
-        """Columns of a finished chunk."""
-        return pq.read_table(self.runs / f"{name}.parquet", columns=columns)
+    def read(
+        self, name: str, columns: list[str] | None = None, filters: list[Any] | None = None
+    ) -> pa.Table:
+        """Columns (default: all) of a finished chunk.
+
+        Raises:
+            CampaignError: its file is damaged.
+        """
+        file = self.runs / f"{name}.parquet"
+        try:
+            return pq.read_table(file, columns=columns, filters=filters)
+        except (OSError, pa.ArrowException) as error:
+            raise CampaignError(
+                f"{str(file)!r} cannot be read (damaged?): {error}. `marine-mj campaign resume` "
+                "computes it again"
+            ) from None
 
     def remove_from(self, run: int) -> None:
         """Remove the chunks that start at this run or after it: the campaign stopped before."""

@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import signal
 import threading
+import weakref
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -13,13 +14,15 @@ from typing import Any, Protocol
 
 from marine_mj.errors import CampaignError
 
-#: One worker is one thread; libraries must not start more.
-_ONE_THREAD = {
-    name: "1"
-    for name in (
-        *("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"),
-        *("NUMEXPR_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "NUMBA_NUM_THREADS"),
-    )
+#: One worker is one thread: its libraries must not start more. Dask's workers report no trifles.
+_WORKER_ENVIRONMENT = {
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+    "NUMEXPR_NUM_THREADS": "1",
+    "VECLIB_MAXIMUM_THREADS": "1",
+    "NUMBA_NUM_THREADS": "1",
+    "DASK_LOGGING__DISTRIBUTED": "critical",
 }
 #: How long `--cluster tcp://...` waits for the scheduler, s.
 _CONNECT = 15.0
@@ -53,19 +56,27 @@ def cores() -> int:
 
 
 @contextlib.contextmanager
-def open_pool(workers: int | None = None, cluster: str | None = None) -> Iterator[Pool]:
+def open_pool(
+    workers: int | None = None, cluster: str | None = None, executor: Executor | None = None
+) -> Iterator[Pool]:
     """A pool of workers of one thread each, closed at the end; work still running is given up.
 
     Args:
         workers: processes on this machine; default: one per processor. Not with an address.
         cluster: None for plain processes, "local" for a Dask cluster on this machine, or the
             address of a Dask scheduler, such as `tcp://10.0.0.1:8786`.
+        executor: any other executor, instead; `workers` says how many calls it does at a time. It
+            stays open, and what it does not survive ends the campaign.
 
     Raises:
         CampaignError: bad number of workers, Dask is missing, or there is no scheduler there.
     """
     if workers is not None and workers < 1:
         raise CampaignError(f"workers = {workers} is not allowed: 1 or more")
+    if executor is not None:
+        with contextlib.closing(GivenPool(executor, workers or 1)) as given:
+            yield given
+        return
     if cluster is None:
         with _limited(), contextlib.closing(LocalPool(workers or cores())) as pool:
             yield pool
@@ -81,6 +92,31 @@ def open_pool(workers: int | None = None, cluster: str | None = None) -> Iterato
         )
     with _limited(), contextlib.closing(DaskPool(cluster, workers or cores())) as dask_pool:
         yield dask_pool
+
+
+class GivenPool:
+    """An executor of the caller, who also closes it."""
+
+    died: tuple[type[BaseException], ...] = ()
+    shared_fate = False
+
+    def __init__(self, executor: Executor, slots: int) -> None:
+        self.slots, self._executor = slots, executor
+        self._futures: weakref.WeakSet[Future] = weakref.WeakSet()
+
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future:
+        """Future of a call."""
+        future = self._executor.submit(function, *arguments)
+        self._futures.add(future)
+        return future
+
+    def restart(self) -> None:
+        """Never called: no exception means a dead worker."""
+
+    def close(self) -> None:
+        """Give up what has not begun."""
+        for future in list(self._futures):
+            future.cancel()
 
 
 class LocalPool:
@@ -145,7 +181,6 @@ class DaskPool:
                 silence_logs=logging.CRITICAL,
                 scheduler_kwargs={"dashboard": False},
                 dashboard_address=None,
-                dashboard=False,
             )
             self.slots = workers
         try:
@@ -183,9 +218,9 @@ class DaskPool:
 
 @contextlib.contextmanager
 def _limited() -> Iterator[None]:
-    """Processes started inside inherit the limits; this process has its libraries loaded."""
-    before = {name: os.environ.get(name) for name in _ONE_THREAD}
-    os.environ.update(_ONE_THREAD)
+    """Processes started inside inherit the settings; this process has its libraries loaded."""
+    before = {name: os.environ.get(name) for name in _WORKER_ENVIRONMENT}
+    os.environ.update(_WORKER_ENVIRONMENT)
     try:
         yield
     finally:

@@ -46,7 +46,7 @@ def find_run(folder: str | Path, number: int) -> dict[str, Any]:
     place.manifest()
     files = [file for file in place.chunk_files() if first_run(file) <= number]
     if files and number >= 0:
-        rows = pq.read_table(files[-1], filters=[("run", "=", number)]).to_pylist()
+        rows = place.read(files[-1].stem, filters=[("run", "=", number)]).to_pylist()
         if rows:
             return rows[0]
     there = sum(pq.read_metadata(file).num_rows for file in place.chunk_files())

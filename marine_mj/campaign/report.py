@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 from scipy import stats
 
 from marine_mj.analysis.statistics import fit_gamma, fit_normal, wilson_interval
@@ -15,6 +16,7 @@ from marine_mj.campaign.folder import CampaignFolder
 from marine_mj.campaign.markdown import markdown
 from marine_mj.campaign.plan import Plan
 from marine_mj.campaign.runner import load_plan
+from marine_mj.campaign.table import schema
 from marine_mj.demo import write_json
 from marine_mj.errors import CampaignError
 
@@ -73,9 +75,10 @@ def read_runs(folder: str | Path) -> pd.DataFrame:
     files = place.chunk_files()
     if not files:
         raise CampaignError(f"no run of the campaign in {str(place.path)!r} is finished yet")
-    left_out = {"summary", "scenario", "versions", "code", "git_revision"}
-    columns = [c for c in pd.read_parquet(files[0]).columns if c not in left_out]
-    return pd.concat([pd.read_parquet(file, columns=columns) for file in files], ignore_index=True)
+    long = ("summary", "scenario", "versions", "code", "git_revision")
+    columns = [name for name in schema(load_plan(folder).campaign).names if name not in long]
+    tables = [place.read(file.stem, columns) for file in files]
+    return pa.concat_tables(tables).to_pandas()
 
 
 def finite(value: float) -> float | None:

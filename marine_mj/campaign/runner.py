@@ -1,9 +1,10 @@
 """Running a campaign: what is missing is computed, written chunk by chunk, until it is enough."""
 
-import contextlib
 import datetime
 import hashlib
+import itertools
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ import pyarrow.compute as pc
 
 from marine_mj.campaign import worker
 from marine_mj.campaign.changes import check_unchanged
-from marine_mj.campaign.code import all_versions, code_digest, fingerprint, git_revision
+from marine_mj.campaign.code import all_versions, fingerprint, git_revision
 from marine_mj.campaign.dispatch import dispatch
 from marine_mj.campaign.folder import CampaignFolder, chunk_name
 from marine_mj.campaign.plan import Plan, Run
@@ -68,6 +69,7 @@ def run_campaign(
     extend: bool = False,
     workers: int | None = None,
     cluster: str | None = None,
+    executor: Executor | None = None,
     progress: Callable[[Progress], None] | None = None,
     do: Callable[[Work], Done] = worker.do,
 ) -> Progress:
@@ -81,7 +83,7 @@ def run_campaign(
         folder: gets manifest.json, campaign.toml, runs/*.parquet, trajectories/*.nc, state.json.
         resume: go on with a campaign that was started in this folder.
         extend: with `resume`, allow that `runs` grew.
-        workers, cluster: see `open_pool`.
+        workers, cluster, executor: see `open_pool`.
         progress: called after every chunk.
         do: what a worker does.
 
@@ -103,13 +105,11 @@ def run_campaign(
     with place.lock():
         totals = _open(plan, place, resume, extend)
         state = _State(plan, place, totals, progress)
-        with contextlib.ExitStack() as stack:
-            jobs = state.missing()
-            job = next(jobs, None)
-            if job is not None:
-                pool = stack.enter_context(open_pool(workers, cluster))
-                results = dispatch(_chain(job, jobs), pool, do)
-                for first, done in results:
+        jobs = state.missing()
+        # No workers are started for a campaign that is complete.
+        for job in itertools.islice(jobs, 1):
+            with open_pool(workers, cluster, executor) as pool:
+                for first, done in dispatch(itertools.chain([job], jobs), pool, do):
                     state.take(first, done)
                     if state.monitor.stopped_at is not None:
                         break
@@ -122,6 +122,7 @@ def evaluate(
     *,
     workers: int | None = None,
     cluster: str | None = None,
+    executor: Executor | None = None,
     chunk: int = 10,
 ) -> list[dict[str, Any]]:
     """Rows of runs (`BatchResult.rows`), in order, without a folder.
@@ -132,13 +133,13 @@ def evaluate(
     Args:
         scenario: what all runs share.
         variations: changes by dotted key, one per run.
-        workers, cluster: see `open_pool`.
+        workers, cluster, executor: see `open_pool`.
         chunk: runs that are done together.
     """
     text = scenario.to_toml()
     firsts = range(0, len(variations), chunk)
     jobs = ((first, Work(text, tuple(variations[first : first + chunk]))) for first in firsts)
-    with open_pool(workers, cluster) as pool:
+    with open_pool(workers, cluster, executor) as pool:
         found = dict(dispatch(jobs, pool))
     return [row for first in firsts for row in found[first].rows]
 
@@ -287,6 +288,3 @@ def load_plan(folder: str | Path) -> Plan:
     manifest = CampaignFolder(folder).manifest()
     base = Scenario.from_toml(manifest["scenario"], "scenario of the campaign")
     return Plan(Campaign.parse(manifest["campaign"], "campaign"), base)
-
-
-__all__ = ["Progress", "code_digest", "count", "evaluate", "load_plan", "run_campaign"]

@@ -166,7 +166,7 @@ class Campaign(Settings):
         name: of the folder of its results.
         description: one line for lists.
         scenario: name of a packaged scenario or path of one, also relative to the campaign file.
-        set: changes of it by dotted key that hold for all runs.
+        set: changes of it, by dotted key or as tables, that hold for all runs.
         runs: per cell; a cell is one combination of the crossed factors.
         seed: of the campaign; the runs' seeds follow from it and their numbers.
         common_seeds: the same seas and random factors in all cells, to compare these.
