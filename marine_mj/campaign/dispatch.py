@@ -2,10 +2,11 @@
 
 from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 
 from marine_mj.campaign.pools import Pool
 from marine_mj.campaign.worker import WORKER_DIED, Done, Work, do, failed
+from marine_mj.errors import CampaignError
 
 #: How often work whose worker died is tried again beside other work, and then alone.
 RETRIES, ALONE = 2, 2
@@ -28,6 +29,7 @@ def dispatch(
         do: what is done, a function that can be pickled.
 
     Raises:
+        CampaignError: the pool gave its work up.
         Exception: what `do` raises.
     """
     running: dict[Future, tuple[int, Work]] = {}
@@ -67,16 +69,31 @@ def dispatch(
 
 
 def _died(future: Future, pool: Pool) -> bool:
-    return isinstance(future.exception(), pool.died)
+    """Whether the worker ended without an answer.
+
+    Raises:
+        CampaignError: the pool as a whole gave up, as Dask does when its scheduler is gone.
+    """
+    try:
+        return isinstance(future.exception(), pool.died)
+    except CancelledError:
+        raise CampaignError(
+            "the pool gave its work up: the cluster's scheduler is gone or cancelled it. Finished "
+            "chunks are intact; when it is there again, `marine-mj campaign resume`"
+        ) from None
 
 
 def _alone(work: Work, pool: Pool, do: Callable[[Work], Done]) -> Done:
     """Results of work that has the pool for itself."""
     for _ in range(ALONE):
         try:
-            return pool.submit(do, work).result()
+            future = pool.submit(do, work)
+            wait([future])
+            if not _died(future, pool):
+                return future.result()
         except pool.died:
-            pool.restart()
+            pass
+        pool.restart()
     if len(work.variations) == 1:
         return Done([failed(WORKER_DIED)])
     first, second = work.halves()

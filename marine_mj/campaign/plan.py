@@ -15,6 +15,8 @@ from marine_mj.campaign.settings import Campaign, flat
 from marine_mj.errors import MarineMjError, ScenarioError
 from marine_mj.frames import Array
 from marine_mj.scenario import Scenario
+from marine_mj.simulation.recorder import SIGNALS
+from marine_mj.tasks.base import MarineTask
 
 #: First entries of the spawn keys: streams of the runs, and of the Latin hypercubes.
 _RUNS, _HYPERCUBES = 0, 1
@@ -152,15 +154,25 @@ class Plan:
 
         Raises:
             ScenarioError, ModelError: one of them cannot be built; the message names the factors.
+            ScenarioError: a signal to record does not exist.
         """
         from marine_mj.tasks import build_environment
 
         for cell in self.levels_one_at_a_time():
             try:
-                build_environment(self.scenario(cell), random=0)
+                self._check_signals(build_environment(self.scenario(cell), random=0).task)
             except MarineMjError as error:
                 shown = ", ".join(f"{k} = {v!r}" for k, v in self.cell_factors(cell).items())
                 raise type(error)(f"{shown + ': ' if shown else ''}{error}") from None
+
+    def _check_signals(self, task: MarineTask) -> None:
+        """Refuse signals that the log of this task does not have."""
+        there = [*SIGNALS, *task.signal_specs]
+        for name in self.campaign.record.signals:
+            if name not in there:
+                raise ScenarioError(
+                    f"record.signals: {name!r} does not exist; there are {', '.join(there)}"
+                )
 
     def levels_one_at_a_time(self) -> list[int]:
         """Cells in which one crossed factor at most is not at its first level."""

@@ -93,16 +93,11 @@ def run_campaign(
         ScenarioError, ModelError: a level of a factor gives a scenario that cannot be built.
     """
     place = CampaignFolder(folder)
-    if resume:
-        place.manifest()
-    elif place.exists:
-        raise CampaignError(
-            f"{str(place.path)!r} holds a campaign already: go on with it by `marine-mj campaign "
-            "resume`, or choose a new --out"
-        )
+    _check_start(place, resume)
     plan.check()
     place.create()
     with place.lock():
+        _check_start(place, resume)
         totals = _open(plan, place, resume, extend)
         state = _State(plan, place, totals, progress)
         jobs = state.missing()
@@ -147,6 +142,17 @@ def evaluate(
 def _chain(job: tuple[int, Work], jobs: Iterator[tuple[int, Work]]) -> Iterator[tuple[int, Work]]:
     yield job
     yield from jobs
+
+
+def _check_start(place: CampaignFolder, resume: bool) -> None:
+    """Refuse to start over a campaign, and to go on with none."""
+    if resume:
+        place.manifest()
+    elif place.exists:
+        raise CampaignError(
+            f"{str(place.path)!r} holds a campaign already: go on with it by `marine-mj campaign "
+            "resume`, or choose a new --out"
+        )
 
 
 def _open(plan: Plan, place: CampaignFolder, resume: bool, extend: bool) -> list[int]:

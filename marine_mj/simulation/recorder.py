@@ -34,6 +34,8 @@ _VEHICLE = {
     ),
     "elevation": Signal(("vehicle",), "m", "", "water surface above the mean level, up"),
 }
+#: Signals that every log has, whatever the task.
+SIGNALS = (*_RAW, *_VEHICLE)
 
 
 class Recorder:

@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 import tracemalloc
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 import pandas as pd
@@ -332,7 +332,26 @@ def test_dispatch_finds_the_run_that_kills_its_worker():
             else:
                 again = draw(Work("", (variation,))).rows[0]
                 assert row["docked"] == again["docked"] and row["force"] == again["force"]
-    assert pool.restarts < 30  # measured 15
+    assert pool.restarts <= 14  # 3 beside others, then per halving 2; measured 14
+
+
+class CancellingExecutor:
+    """An executor that gives everything up, as Dask's does without its scheduler."""
+
+    def submit(self, function, *arguments):
+        """Cancelled future."""
+        future = Future()
+        future.cancel()
+        future.set_running_or_notify_cancel()
+        return future
+
+
+def test_a_pool_that_gives_up_ends_the_campaign(tmp_path):
+    with pytest.raises(
+        CampaignError, match=r"the pool gave its work up.*Finished chunks are intac"
+    ):
+        run_campaign(plan(DRAWN), tmp_path, executor=CancellingExecutor(), do=draw)
+    assert drawn(tmp_path, resume=True).done == 8
 
 
 def test_a_worker_with_other_code_is_refused(tmp_path):
@@ -429,8 +448,8 @@ def test_memory_does_not_grow_with_the_number_of_runs(tmp_path):
         return high
 
     peak(2)
-    # 3.2 MB of signals per chunk; measured 13.1 MB for 4 chunks and 13.1 MB for 20.
-    assert peak(40) < 1.2 * peak(8)
+    # 3.2 MB of signals per chunk; measured 13.13 MB for 4 chunks, 13.06 MB for 20.
+    assert peak(40) < 1.05 * peak(8)
 
 
 def test_evaluate_gives_rows_in_order():

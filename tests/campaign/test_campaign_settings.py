@@ -111,6 +111,9 @@ def test_check_builds_every_level_before_anything_runs():
     text = BASE + '[factors.a]\nkey = "vehicles.auv.model"\ngrid = ["scout", "titanic"]'
     with pytest.raises(ModelError, match=r"a = 'titanic': unknown vehicle 'titanic'"):
         Plan(Campaign.from_toml(text)).check()
+    text = BASE + '[record]\nsignals = ["eta"]'
+    with pytest.raises(ScenarioError, match=r"'eta' does not exist; there are qpos, .*phase"):
+        Plan(Campaign.from_toml(text)).check()
 
 
 def test_scenario_beside_the_campaign_file_is_found(tmp_path):
@@ -142,8 +145,8 @@ def test_distributions_are_those_of_scipy(name, parameters, same):
     units = (np.arange(500) + 0.5) / 500
     draw = quantile(name, parameters)
     values = np.array([draw(u) for u in units])
-    # Midpoint quantiles give the mean to within the tails: MEASURE.
-    assert abs(values.mean() - same.mean()) < 0.02 * same.std()
+    # Midpoint quantiles miss only the tails: measured 0 (symmetric) to 1e-3 std (poisson).
+    assert abs(values.mean() - same.mean()) < 2e-3 * same.std()
     if isinstance(draw(0.5), int):
         assert set(values) <= set(range(0, 30)) and name in ("integers", "poisson")
     else:
