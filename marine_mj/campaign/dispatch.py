@@ -8,9 +8,6 @@ from marine_mj.campaign.pools import Pool
 from marine_mj.campaign.worker import WORKER_DIED, Done, Work, do, failed
 from marine_mj.errors import CampaignError
 
-#: How often work whose worker died is tried again beside other work, and then alone.
-RETRIES, ALONE = 2, 2
-
 
 def dispatch(
     jobs: Iterator[tuple[int, Work]], pool: Pool, do: Callable[[Work], Done] = do
@@ -18,10 +15,10 @@ def dispatch(
     """Results in the order in which they are ready, each with the name of its job.
 
     Twice as many jobs as there are workers are taken at a time, so that memory does not grow with
-    their number. When a worker dies its jobs are given out again, `RETRIES` times, since the one
-    to blame cannot be told from its neighbours; after that a job runs with nothing beside it, and
-    when that kills workers too it is halved, until the culprit run is found. That one becomes a
-    row with the error `WORKER_DIED`.
+    their number. When a worker dies its jobs are given out again, `pool.retries` times, since the
+    one to blame cannot be told from its neighbours; after that a job runs with nothing beside it,
+    and when that kills workers too it is halved, until the culprit run is found. That one becomes
+    a row with the error `WORKER_DIED`.
 
     Args:
         jobs: (name, work) pairs.
@@ -65,7 +62,7 @@ def dispatch(
             pool.restart()
         for job in sorted(dead, key=lambda job: job[0]):
             deaths[job[0]] = deaths.get(job[0], 0) + 1
-            (suspects if deaths[job[0]] > RETRIES else again).append(job)
+            (suspects if deaths[job[0]] > pool.retries else again).append(job)
 
 
 def _died(future: Future, pool: Pool) -> bool:
@@ -85,7 +82,7 @@ def _died(future: Future, pool: Pool) -> bool:
 
 def _alone(work: Work, pool: Pool, do: Callable[[Work], Done]) -> Done:
     """Results of work that has the pool for itself."""
-    for _ in range(ALONE):
+    for _ in range(max(1, pool.retries)):
         try:
             future = pool.submit(do, work)
             wait([future])

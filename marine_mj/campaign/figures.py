@@ -50,7 +50,7 @@ def _success(found: dict[str, Any]) -> Figure:
     axes.errorbar(p, np.arange(len(cells)), xerr=error, fmt="o", capsize=3)
     axes.set_yticks(range(len(cells)), [_label(c) for c in cells])
     axes.set(xlim=(-0.02, 1.02), xlabel="success probability, 95 % Wilson interval")
-    axes.invert_yaxis()
+    axes.set_ylim(len(cells) - 0.5, -0.5)
     axes.grid(axis="x", alpha=0.3)
     return figure
 
@@ -108,11 +108,8 @@ def _effects(effects: list[dict[str, Any]]) -> Figure:
     figure = Figure(figsize=(6, 1.2 + 0.3 * len(labels)), layout="constrained")
     axes = figure.subplots()
     axes.barh(labels, values, color=colors)
-    axes.set(
-        xlim=(0, 1),
-        xlabel="share of variance: levels (blue, eta^2), random factors (orange, rho^2 of ranks)",
-    )
-    axes.xaxis.label.set_fontsize("small")
+    kinds = "eta^2 (levels, blue), rho^2 of ranks (random factors, orange)"
+    axes.set(xlim=(0, 1), xlabel=f"share of variance:\n{kinds}")
     axes.invert_yaxis()
     return figure
 

@@ -35,11 +35,13 @@ class Pool(Protocol):
         slots: pieces of work that can be done at the same time.
         died: exceptions that mean a worker ended without an answer.
         shared_fate: whether one dead worker takes the work of all others with it.
+        retries: how often work whose worker died is worth trying again.
     """
 
     slots: int
     died: tuple[type[BaseException], ...]
     shared_fate: bool
+    retries: int
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future:
         """Future of a call in a worker."""
@@ -99,6 +101,7 @@ class GivenPool:
 
     died: tuple[type[BaseException], ...] = ()
     shared_fate = False
+    retries = 0
 
     def __init__(self, executor: Executor, slots: int) -> None:
         self.slots, self._executor = slots, executor
@@ -124,6 +127,7 @@ class LocalPool:
 
     died: tuple[type[BaseException], ...] = (BrokenProcessPool,)
     shared_fate = True
+    retries = 2
 
     def __init__(self, workers: int) -> None:
         self.slots = workers
@@ -153,9 +157,10 @@ class LocalPool:
 
 
 class DaskPool:
-    """Workers of a Dask cluster; its scheduler replaces those that die."""
+    """Workers of a Dask cluster; its scheduler replaces those that die and tries again itself."""
 
     shared_fate = False
+    retries = 0
 
     def __init__(self, cluster: str, workers: int) -> None:
         """Start a cluster on this machine, or connect to one.
@@ -179,7 +184,7 @@ class DaskPool:
                 threads_per_worker=1,
                 processes=True,
                 silence_logs=logging.CRITICAL,
-                scheduler_kwargs={"dashboard": False},
+                scheduler_kwargs={"dashboard": False, "allowed_failures": 1},
                 dashboard_address=None,
             )
             self.slots = workers

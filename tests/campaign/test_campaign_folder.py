@@ -287,7 +287,7 @@ def test_a_diverging_and_an_impossible_run_are_rows_that_can_be_replayed(tmp_pat
 class BreakingPool:
     """A pool of two workers in this process, in which one run kills everything that is running."""
 
-    shared_fate, slots = True, 2
+    shared_fate, slots, retries = True, 2, 2
 
     class Died(Exception):
         """A worker is gone."""
