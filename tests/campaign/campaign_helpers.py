@@ -94,8 +94,8 @@ class Inline:
 
 
 def read(folder: Path) -> pd.DataFrame:
-    """All columns that are computed: everything but the measured wall time."""
-    return pd.read_parquet(Path(folder) / "runs").drop(columns="wall_time")
+    """All columns that are computed: neither the measured time nor where the code comes from."""
+    return pd.read_parquet(Path(folder) / "runs").drop(columns=["wall_time", "git_revision"])
 
 
 def report_of(folder: Path) -> dict:
