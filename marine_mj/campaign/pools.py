@@ -185,7 +185,7 @@ class DaskPool:
                 processes=True,
                 silence_logs=logging.CRITICAL,
                 scheduler_kwargs={"dashboard": False, "allowed_failures": 1},
-                dashboard_address=None,
+                dashboard_address="127.0.0.1:0",
             )
             self.slots = workers
         try:
