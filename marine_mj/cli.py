@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
+from marine_mj.campaign_commands import campaign_app, replay_command
 from marine_mj.errors import MarineMjError, ScenarioError, SimulationError
 from marine_mj.hydro_command import hydro_command
 
@@ -23,6 +24,8 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+app.add_typer(campaign_app, name="campaign")
+app.command("replay")(replay_command)
 console = Console()
 errors = Console(stderr=True)
 
@@ -114,7 +117,8 @@ def plot_command(
 
 @app.command("list")
 def list_command() -> None:
-    """List vehicles, docks, scenarios and tasks."""
+    """List vehicles, docks, scenarios, campaigns and tasks."""
+    from marine_mj.campaign import Campaign, packaged_campaigns
     from marine_mj.library import find_model, is_dock, model_names
     from marine_mj.scenario import Scenario, packaged_scenarios
     from marine_mj.suite import TASKS_BY_DOMAIN
@@ -127,6 +131,8 @@ def list_command() -> None:
             table.add_row(kind, name, str(paths[name].parent))
     for name, path in packaged_scenarios().items():
         table.add_row("scenario", name, Scenario.load(path).description)
+    for name, path in packaged_campaigns().items():
+        table.add_row("campaign", name, Campaign.load(path).description)
     for domain, tasks in TASKS_BY_DOMAIN.items():
         for task in tasks:
             table.add_row("task", f"{domain} {task}", "marine_mj.suite.load(domain, task)")

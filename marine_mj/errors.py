@@ -15,6 +15,10 @@ class ScenarioError(MarineMjError):
     """A scenario, campaign or controller setting is not valid."""
 
 
+class CampaignError(MarineMjError):
+    """A campaign cannot be started, gone on with or read as it stands."""
+
+
 class SeaError(MarineMjError):
     """A sea, current or wind description is not valid."""
 

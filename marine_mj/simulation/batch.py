@@ -20,7 +20,7 @@ from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.wrenches import STATE_WARNINGS, check_control, check_state
 from marine_mj.scenario import Scenario
 from marine_mj.scene import body_settings, build_scene, compile_scene, main_bodies
-from marine_mj.simulation.recorder import RAW, VEHICLE, versions
+from marine_mj.simulation.recorder import COMMON, RAW, versions
 from marine_mj.simulation.runner import plain, run
 from marine_mj.tasks import DOMAINS
 from marine_mj.tasks.base import Flags, Mission
@@ -40,8 +40,6 @@ BLOCK = 500
 #: What may differ between runs that share a compiled model: all of it is in the packed table.
 _WEATHER = ("name", "description", "seed", "sea", "current", "wind")
 _WARNINGS = [int(warning) for warning in STATE_WARNINGS]
-#: Signals that every batch can record, beside those of its task.
-_COMMON = {**RAW, "eta_ned": VEHICLE["eta_ned"], "nu_frd": VEHICLE["nu_frd"]}
 
 
 @dataclass(frozen=True)
@@ -331,7 +329,7 @@ class _Episode:
         self._closed = self._batch.bind("eq_active")
         self._readers = [BodyReader.of(first, body) for body in main_bodies(first).values()]
         self._record = list(record)
-        self._known = {**_COMMON, **self._missions[0].signal_specs}
+        self._known = {**COMMON, **self._missions[0].signal_specs}
         for name in self._record:
             if name not in self._known:
                 _refuse_signal(name, list(self._known))
@@ -490,7 +488,7 @@ class _Episode:
         for name in self._record:
             if name in RAW:
                 values[name] = self._batch.bind(name)[ids]
-            elif name in _COMMON:
+            elif name in COMMON:
                 states = [r.state(self._qpos[ids], self._qvel[ids]) for r in self._readers]
                 poses = [frames.eta_ned(s.position, s.quaternion) for s in states]
                 twists = [frames.flip(s.velocity) for s in states]

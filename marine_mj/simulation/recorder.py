@@ -35,6 +35,8 @@ VEHICLE = {
     ),
     "elevation": Signal(("vehicle",), "m", "", "water surface above the mean level, up"),
 }
+#: Signals that every batch can record, beside those of its task.
+COMMON = {**RAW, "eta_ned": VEHICLE["eta_ned"], "nu_frd": VEHICLE["nu_frd"]}
 
 
 class Recorder:

@@ -206,7 +206,7 @@ def test_hydro_command_stores_memory_and_drift(tmp_path, capsys):
     """What a dynamic vehicle in waves reads of a database, all from one command: a hemisphere."""
     file, target = tmp_path / "ball.stl", tmp_path / "ball.nc"
     trimesh.creation.icosphere(2, 1.0).export(file)
-    omega = " ".join(f"{w:.3f}" for w in np.linspace(0.8, 6.0, 13))
+    omega = " ".join(f"{w:.3f}" for w in np.linspace(0.8, 6.0, 18))
     options = ["--omega", omega, "--directions", "0 180", "--panel", "0.3", "--drift"]
     with pytest.raises(SystemExit) as stop:
         cli.main(["hydro", str(file), "-o", str(target), *options])

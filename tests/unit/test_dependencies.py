@@ -18,6 +18,8 @@ FORBIDDEN = {
     "marine_mj/hydrodynamics": ("dm_control", "marine_mj.tasks", "marine_mj.simulation"),
     "marine_mj/environment": ("mujoco", "dm_control", "marine_mj.tasks", "marine_mj.simulation"),
     "marine_mj/analysis": ("mujoco", "dm_control", "marine_mj.tasks", "marine_mj.simulation"),
+    "marine_mj/simulation": ("marine_mj.campaign", "marine_mj.cli"),
+    "marine_mj/campaign": ("marine_mj.campaign_commands", "marine_mj.cli"),
     "marine_mj/tasks": ("marine_mj.cli", "marine_mj.simulation"),
 }
 

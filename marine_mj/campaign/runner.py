@@ -1,0 +1,296 @@
+"""Running a campaign: what is missing is computed, written chunk by chunk, until it is enough."""
+
+import datetime
+import hashlib
+import itertools
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pyarrow.compute as pc
+
+from marine_mj.campaign import worker
+from marine_mj.campaign.changes import check_unchanged
+from marine_mj.campaign.code import all_versions, fingerprint, git_revision
+from marine_mj.campaign.dispatch import dispatch
+from marine_mj.campaign.folder import CampaignFolder, chunk_name
+from marine_mj.campaign.plan import Plan, Run
+from marine_mj.campaign.pools import open_pool
+from marine_mj.campaign.settings import Campaign
+from marine_mj.campaign.stopping import StoppingMonitor
+from marine_mj.campaign.table import table
+from marine_mj.campaign.worker import Done, Work
+from marine_mj.errors import CampaignError
+from marine_mj.scenario import Scenario
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a campaign is.
+
+    Attributes:
+        done: finished runs.
+        total: runs of the whole campaign.
+        successes: finished runs that fulfil all conditions.
+        errors: finished runs that ended with an error.
+    """
+
+    done: int
+    total: int
+    successes: int
+    errors: int
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Runs that are done and written together.
+
+    Attributes:
+        name: of its files.
+        first: number of its first run.
+        runs, scenarios: the runs, and the scenario of each (or why it is not valid).
+        fingerprint: of code and models.
+    """
+
+    name: str
+    first: int
+    runs: list[Run]
+    scenarios: list[Any]
+    fingerprint: str
+
+
+def run_campaign(
+    plan: Plan,
+    folder: str | Path,
+    *,
+    resume: bool = False,
+    extend: bool = False,
+    workers: int | None = None,
+    cluster: str | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    do: Callable[[Work], Done] = worker.do,
+) -> Progress:
+    """State of a campaign after all its runs (or as many as its stopping rule asks for).
+
+    Which runs there are, and their numbers, follow from the plan alone: not from workers, cluster,
+    interruptions or timing.
+
+    Args:
+        plan: what to run.
+        folder: gets manifest.json, campaign.toml, runs/*.parquet, trajectories/*.nc, state.json.
+        resume: go on with a campaign that was started in this folder.
+        extend: with `resume`, allow that `runs` grew.
+        workers, cluster, executor: see `open_pool`.
+        progress: called after every chunk.
+        do: what a worker does.
+
+    Raises:
+        CampaignError: the folder is in use, cannot be written, holds another campaign (or, without
+            `resume`, any), or a metric does not exist. What was finished stays intact.
+        ScenarioError, ModelError: a level of a factor gives a scenario that cannot be built.
+    """
+    place = CampaignFolder(folder)
+    _check_start(place, resume)
+    plan.check()
+    place.create()
+    with place.lock():
+        _check_start(place, resume)
+        totals = _open(plan, place, resume, extend)
+        state = _State(plan, place, totals, progress)
+        jobs = state.missing()
+        # No workers are started for a campaign that is complete.
+        for job in itertools.islice(jobs, 1):
+            with open_pool(workers, cluster, executor) as pool:
+                for first, done in dispatch(itertools.chain([job], jobs), pool, do):
+                    state.take(first, done)
+                    if state.monitor.stopped_at is not None:
+                        break
+        return state.close()
+
+
+def evaluate(
+    scenario: Scenario,
+    variations: Sequence[dict[str, Any]],
+    *,
+    workers: int | None = None,
+    cluster: str | None = None,
+    executor: Executor | None = None,
+    chunk: int = 10,
+) -> list[dict[str, Any]]:
+    """Rows of runs (`BatchResult.rows`), in order, without a folder.
+
+    For studies that choose their points as they go, such as subset simulation: `Plan.at` turns
+    uniform numbers into variations. Dead workers are dealt with as in a campaign.
+
+    Args:
+        scenario: what all runs share.
+        variations: changes by dotted key, one per run.
+        workers, cluster, executor: see `open_pool`.
+        chunk: runs that are done together.
+    """
+    text = scenario.to_toml()
+    firsts = range(0, len(variations), chunk)
+    jobs = ((first, Work(text, tuple(variations[first : first + chunk]))) for first in firsts)
+    with open_pool(workers, cluster, executor) as pool:
+        found = dict(dispatch(jobs, pool))
+    return [row for first in firsts for row in found[first].rows]
+
+
+def _chain(job: tuple[int, Work], jobs: Iterator[tuple[int, Work]]) -> Iterator[tuple[int, Work]]:
+    yield job
+    yield from jobs
+
+
+def _check_start(place: CampaignFolder, resume: bool) -> None:
+    """Refuse to start over a campaign, and to go on with none."""
+    if resume:
+        place.manifest()
+    elif place.exists:
+        raise CampaignError(
+            f"{str(place.path)!r} holds a campaign already: go on with it by `marine-mj campaign "
+            "resume`, or choose a new --out"
+        )
+
+
+def _open(plan: Plan, place: CampaignFolder, resume: bool, extend: bool) -> list[int]:
+    """Write or check the manifest; ends of the campaign so far and of its extensions."""
+    levels = [plan.scenario(cell) for cell in plan.levels_one_at_a_time()]
+    fresh: dict[str, Any] = {
+        "format": 1,
+        "campaign": plan.campaign.model_dump(mode="json"),
+        "scenario": plan.base.to_toml(),
+        "code": fingerprint(levels),
+        "versions": all_versions(),
+        "git_revision": git_revision(),
+        "totals": [plan.total],
+        "created": datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
+    }
+    if not resume:
+        place.write_text("campaign.toml", plan.campaign.to_toml())
+        place.write_text("scenario.toml", plan.base.to_toml())
+        place.write_json("manifest.json", fresh)
+        return fresh["totals"]
+    before = place.manifest()
+    grown = check_unchanged(before, fresh, place.path, extend, plan.hypercube)
+    if grown:
+        before["totals"].append(plan.total)
+        before["campaign"]["runs"] = plan.campaign.runs
+        place.write_text("campaign.toml", plan.campaign.to_toml())
+        place.write_json("manifest.json", before)
+    return before["totals"]
+
+
+class _State:
+    """Finished chunks, counted as they come."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        place: CampaignFolder,
+        totals: list[int],
+        progress: Callable[[Progress], None] | None,
+    ) -> None:
+        self._plan, self._place, self._totals, self._progress = plan, place, totals, progress
+        self.monitor = StoppingMonitor(plan.campaign, plan.cells)
+        self._open: dict[int, Chunk] = {}
+        self._done = self._successes = self._errors = 0
+
+    def missing(self) -> Iterator[tuple[int, Work]]:
+        """Work of the chunks without a file; those with one are counted on the way."""
+        record = self._plan.campaign.record
+        base = self._plan.base.to_toml()
+        for first, end in self._plan.chunks(self._totals):
+            if self.monitor.stopped_at is not None:
+                return
+            chunk = _chunk(self._plan, first, end)
+            if self._place.finished(chunk.name, end - first):
+                self._count(chunk.name, first)
+                continue
+            self._open[first] = chunk
+            yield (
+                first,
+                Work(
+                    base,
+                    tuple(run.variation for run in chunk.runs),
+                    tuple(record.signals),
+                    record.decimation,
+                    chunk.fingerprint,
+                ),
+            )
+
+    def take(self, first: int, done: Done) -> None:
+        """Write a finished chunk."""
+        chunk = self._open.pop(first)
+        signals = done.signals
+        if signals is not None:
+            signals = signals.assign_coords(run=signals["run"] + first)
+        rows = table(self._plan, chunk.runs, chunk.scenarios, done.rows)
+        self._place.write_chunk(chunk.name, rows, signals)
+        self._count(chunk.name, first)
+
+    def _count(self, name: str, first: int) -> None:
+        """Count the runs of a finished chunk, from its file."""
+        rule = self.monitor.rule
+        metric = "success" if rule is None else rule.metric
+        columns = list(dict.fromkeys(["cell", "success", "error", metric]))
+        found = self._place.read(name, columns)
+        values = [float("nan") if v is None else float(v) for v in found[metric].to_pylist()]
+        self.monitor.add(first, zip(found["cell"].to_pylist(), values, strict=True))
+        self._done += found.num_rows
+        self._successes += pc.sum(found["success"]).as_py() or 0
+        self._errors += found.num_rows - found["error"].null_count
+        if self._progress is not None:
+            self._progress(self._now())
+
+    def _now(self) -> Progress:
+        return Progress(self._done, self._plan.total, self._successes, self._errors)
+
+    def close(self) -> Progress:
+        """Leave exactly the runs before the stop, and say that the campaign is complete."""
+        stop = self.monitor.stopped_at
+        if stop is not None:
+            self._place.remove_from(stop)
+        counted = count(self._place, self._plan.total)
+        about: dict[str, Any] = {"complete": True, "runs": counted.done, "stopped": None}
+        if stop is not None and self.monitor.rule is not None:
+            rule = self.monitor.rule
+            about["stopped"] = {"metric": rule.metric, "width": self.monitor.width(), "runs": stop}
+        self._place.write_json("state.json", about)
+        return counted
+
+
+def count(place: CampaignFolder, total: int) -> Progress:
+    """Finished runs of a folder, from its files."""
+    done = successes = errors = 0
+    for file in place.chunk_files():
+        found = place.read(file.stem, ["success", "error"])
+        done += found.num_rows
+        successes += pc.sum(found["success"]).as_py() or 0
+        errors += found.num_rows - found["error"].null_count
+    return Progress(done, total, successes, errors)
+
+
+def _chunk(plan: Plan, first: int, end: int) -> Chunk:
+    """The runs of a chunk and the name that follows from their inputs."""
+    runs = [plan.run(number) for number in range(first, end)]
+    scenarios = worker.varied(plan.base, [run.variation for run in runs])
+    code = fingerprint([s for s in scenarios if isinstance(s, Scenario)])
+    digest = hashlib.sha256(code.encode())
+    for scenario in scenarios:
+        text = scenario.to_toml() if isinstance(scenario, Scenario) else str(scenario)
+        digest.update(text.encode() + b"\0")
+    return Chunk(chunk_name(first, digest.hexdigest()), first, runs, scenarios, code)
+
+
+def load_plan(folder: str | Path) -> Plan:
+    """Plan of a campaign that was started in a folder, as it was then.
+
+    Raises:
+        CampaignError: there is none.
+    """
+    manifest = CampaignFolder(folder).manifest()
+    base = Scenario.from_toml(manifest["scenario"], "scenario of the campaign")
+    return Plan(Campaign.parse(manifest["campaign"], "campaign"), base)

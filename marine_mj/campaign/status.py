@@ -1,0 +1,55 @@
+"""How far a campaign is, from its files alone."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+from marine_mj.analysis.statistics import wilson_interval
+from marine_mj.campaign.folder import CampaignFolder
+from marine_mj.campaign.runner import Progress, count, load_plan
+
+
+@dataclass(frozen=True)
+class Status:
+    """State of a campaign.
+
+    Attributes:
+        name: of the campaign.
+        state: what it does or why it does nothing, in words.
+        progress: finished runs.
+        interval: Wilson interval of the success probability over all finished runs, 95 %.
+    """
+
+    name: str
+    state: str
+    progress: Progress
+    interval: tuple[float, float]
+
+
+def status(folder: str | Path) -> Status:
+    """State of the campaign in a folder; a running campaign is not disturbed.
+
+    Raises:
+        CampaignError: there is none.
+    """
+    place = CampaignFolder(folder)
+    plan = load_plan(folder)
+    holder = place.locked()
+    progress = count(place, plan.total)
+    interval = wilson_interval(progress.successes, progress.done)
+    return Status(plan.campaign.name, _state(place, holder, progress), progress, interval)
+
+
+def _state(place: CampaignFolder, holder: str | None, progress: Progress) -> str:
+    """The state in words."""
+    if holder is not None:
+        return f"running, {holder}"
+    file = place.path / "state.json"
+    if file.is_file():
+        about = json.loads(file.read_text(encoding="utf-8"))
+        if about["stopped"]:
+            stop = about["stopped"]
+            return f"stopped by its rule: {stop['metric']} known within {stop['width']:.4g}"
+        if about["runs"] == progress.total:
+            return "complete"
+    return "interrupted: go on with `marine-mj campaign resume`"
