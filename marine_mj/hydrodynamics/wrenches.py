@@ -194,11 +194,12 @@ def check_state(model: mujoco.MjModel, data: mujoco.MjData) -> None:
             index = int(model.jnt_dofadr[joint])
         dof = min(index, model.nv - 1)
         body = int(model.dof_bodyid[dof])
+        mujoco.mj_kinematics(model, data)  # positions of the state, not of the last step
         raise SimulationError(
             f"the simulation diverged at t = {data.time:.4f} s: body {model.body(body).name!r} has "
             f"position {np.round(data.xpos[body], 3)} m and velocity "
             f"{np.round(data.qvel[model.body_dofadr[body] :][:6], 3)}, acceleration "
-            f"{data.qacc[dof]:.3g}; lower the time step (see marine-mj check-model) or the forces"
+            f"{data.qacc_warmstart[dof]:.3g}; lower the time step (see marine-mj check-model) or the forces"
         )
     if not (np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all()):
         raise SimulationError(

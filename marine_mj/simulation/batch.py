@@ -457,7 +457,6 @@ class _Episode:
         for warning in STATE_WARNINGS:
             info, number = self._batch.warning[i, int(warning)]
             data.warning[warning].lastinfo, data.warning[warning].number = int(info), int(number)
-        mujoco.mj_kinematics(model, data)
         try:
             check_state(model, data)
         except SimulationError as error:
