@@ -294,6 +294,16 @@ def _alike(prepared: dict[int, Prepared]) -> list[dict[int, Prepared]]:
     return [prepared]
 
 
+@dataclass
+class _Running:
+    """Runs of an episode that still go on: numbers (n,), mission, its state, closed latches."""
+
+    ids: Ids
+    mission: Mission
+    state: Any
+    latched: Flags
+
+
 class _Episode:
     """One batch from its start to the end of its last run.
 
@@ -355,56 +365,57 @@ class _Episode:
     def run(self, finished: Callable[[int], None]) -> list[tuple[int, dict[str, Any], Signals]]:
         """Number, row and signals of every run."""
         self._place()
-        ids: Ids = np.arange(len(self._models))
+        self._finished = finished
+        self._rows: dict[int, dict[str, Any]] = {}
         self._start = self._time.copy()
+        ids: Ids = np.arange(len(self._models))
         mission = self._mission(ids)
         state = mission.initial(self._start, ids.shape)
-        latched = self._latched(mission, ids)
-        view = mission.view(self._qpos[ids], self._qvel[ids])
-        rows: dict[int, dict[str, Any]] = {}
-        self._sample(mission, state, view, latched, ids)
+        self._on = _Running(ids, mission, state, self._latched(mission, ids))
+        view = self._view()
+        self._sample(view)
         steps = 0
-        while ids.size:
-            commands, state = mission.command(state, view, latched)
-            reasons = self._bad_commands(ids, commands)
-            self._ctrl[ids] = commands
-            force, forbidden, failed = self._step(ids)
-            reasons = failed | reasons
+        while self._on.ids.size:
+            on = self._on
+            commands, on.state = on.mission.command(on.state, view, on.latched)
+            sound = self._finite(commands)
+            self._ctrl[self._on.ids] = commands[sound]
+            force, forbidden = self._step()
             steps += 1
-            if reasons:
-                keep = np.array([i not in reasons for i in ids])
-                for place in np.flatnonzero(~keep):
-                    i = int(ids[place])
-                    closed = bool(latched[place])
-                    rows[i] = self._row(i, trees.take(state, place), closed, steps, reasons[i])
-                finished(int((~keep).sum()))
-                ids, force, forbidden = ids[keep], force[keep], forbidden[keep]
-                state, latched = trees.take(state, keep), latched[keep]
-                mission = self._mission(ids)
-                if not ids.size:
-                    break
-            view = mission.view(self._qpos[ids], self._qvel[ids])
-            time = self._time[ids]
-            state, closing = mission.observe(state, view, time, latched, force, forbidden)
+            on = self._on
+            if not on.ids.size:
+                break
+            view, time = self._view(), self._time[on.ids]
+            on.state, closing = on.mission.observe(
+                on.state, view, time, on.latched, force, forbidden
+            )
             if closing.any():
-                self._close(mission, view, ids, closing)
-                latched = self._latched(mission, ids)
-            over = mission.finished(state, time, latched)
-            if steps >= self._limit:
-                over = np.full(ids.shape, True)
+                self._close(view, closing)
             if steps % self._stride == 0:
-                self._sample(mission, state, view, latched, ids)
+                self._sample(view)
+            over = on.mission.finished(on.state, time, on.latched)
+            if steps >= self._limit:
+                over = np.full(on.ids.shape, True)
             if over.any():
-                for place in np.flatnonzero(over):
-                    i = int(ids[place])
-                    closed = bool(latched[place])
-                    rows[i] = self._row(i, trees.take(state, place), closed, steps, None)
-                finished(int(over.sum()))
-                ids = ids[~over]
-                state, latched = trees.take(state, ~over), latched[~over]
-                mission = self._mission(ids)
-                view = mission.view(self._qpos[ids], self._qvel[ids])
-        return [(number, rows[i], self._signals(i)) for i, number in enumerate(self._numbers)]
+                self._leave(over)
+                view = self._view()
+        return [(n, self._rows[i], self._signals(i)) for i, n in enumerate(self._numbers)]
+
+    def _view(self) -> Any:
+        """What the mission sees of the runs that still go on."""
+        return self._on.mission.view(self._qpos[self._on.ids], self._qvel[self._on.ids])
+
+    def _leave(self, out: Flags, reasons: Mapping[int, str] | None = None) -> None:
+        """Write the rows of runs (n,) that are over or failed and go on without them."""
+        on = self._on
+        for place in np.flatnonzero(out):
+            i = int(on.ids[place])
+            state = trees.take(on.state, place)
+            reason = None if reasons is None else reasons[i]
+            self._rows[i] = self._row(i, state, bool(on.latched[place]), reason)
+        self._finished(int(out.sum()))
+        ids, state, latched = on.ids[~out], trees.take(on.state, ~out), on.latched[~out]
+        self._on = _Running(ids, self._mission(ids), state, latched)
 
     def _mission(self, ids: Ids) -> Mission:
         """One mission for the runs that still go on."""
@@ -416,39 +427,48 @@ class _Episode:
             return np.zeros(ids.shape, dtype=bool)
         return self._closed[ids, mission.welds[0]] > 0
 
-    def _close(self, mission: Mission, view: Any, ids: Ids, closing: Flags) -> None:
+    def _close(self, view: Any, closing: Flags) -> None:
         """Close the weld in the present pose."""
-        weld, held = mission.welds[0], view.weld
+        on = self._on
+        weld, held = on.mission.welds[0], view.weld
         for place in np.flatnonzero(closing):
-            self._models[ids[place]].eq_data[weld, :10] = held[place]
-        self._closed[ids[closing], weld] = 1.0
+            self._models[on.ids[place]].eq_data[weld, :10] = held[place]
+        self._closed[on.ids[closing], weld] = 1.0
+        on.latched = self._latched(on.mission, on.ids)
 
-    def _step(self, ids: Ids) -> tuple[Array, Flags, dict[int, str]]:
-        """One control period: largest contact force (n,) in it, forbidden contact, failures."""
+    def _finite(self, commands: Array) -> Flags:
+        """Which runs (n,) have finite commands; the others leave."""
+        sound = np.asarray(np.isfinite(commands).all(axis=1))
         reasons: dict[int, str] = {}
-        out = {"sensordata": self._contacts[: len(ids)]}
-        try:
-            self._batch.rollout(self._substeps, record=("sensordata",), ids=ids, out=out)
-        except batch.SimulationError as error:
-            reasons |= {int(i): self._batch.error(int(i)) for i in error.ids}
-        force = self._contacts[: len(ids), :, self._sensor].max(axis=1)
-        warned = (self._batch.warning[ids][:, _WARNINGS, 1] > 0).any(axis=1)
-        finite = np.isfinite(self._qpos[ids]).all(axis=1) & np.isfinite(self._qvel[ids]).all(axis=1)
-        for i in ids[warned | ~finite]:
-            reasons.setdefault(int(i), self._reason(int(i)))
-        return force, self._contacts[: len(ids), -1, self._sensor + 1] > 0, reasons
-
-    def _bad_commands(self, ids: Ids, commands: Array) -> dict[int, str]:
-        """Why runs fail whose commands are not finite; they get zeros."""
-        reasons: dict[int, str] = {}
-        for place in np.flatnonzero(~np.isfinite(commands).all(axis=1)):
-            i = int(ids[place])
+        for place in np.flatnonzero(~sound):
+            i = int(self._on.ids[place])
             try:
                 check_control(self._models[i], commands[place], self._time[i])
             except SimulationError as error:
                 reasons[i] = str(error)
-            commands[place] = 0.0
-        return reasons
+        if reasons:
+            self._leave(~sound, reasons)
+        return sound
+
+    def _step(self) -> tuple[Array, Flags]:
+        """One control period: largest contact force (n,) and forbidden contact of those left."""
+        ids = self._on.ids
+        reasons: dict[int, str] = {}
+        contacts = self._contacts[: len(ids)]
+        out = {"sensordata": contacts}
+        try:
+            self._batch.rollout(self._substeps, record=("sensordata",), ids=ids, out=out)
+        except batch.SimulationError as error:
+            reasons |= {int(i): self._batch.error(int(i)) for i in error.ids}
+        warned = (self._batch.warning[ids][:, _WARNINGS, 1] > 0).any(axis=1)
+        finite = np.isfinite(self._qpos[ids]).all(axis=1) & np.isfinite(self._qvel[ids]).all(axis=1)
+        for i in ids[warned | ~finite]:
+            reasons.setdefault(int(i), self._reason(int(i)))
+        failed = np.array([int(i) in reasons for i in ids], dtype=bool)
+        if failed.any():
+            self._leave(failed, reasons)
+            contacts = contacts[~failed]
+        return contacts[:, :, self._sensor].max(axis=1), contacts[:, -1, self._sensor + 1] > 0
 
     def _reason(self, i: int) -> str:
         """Why the state of a run is not valid."""
@@ -463,9 +483,7 @@ class _Episode:
             return str(error)
         return f"the simulation failed at t = {data.time:.4f} s"
 
-    def _row(
-        self, i: int, state: Any, latched: bool, steps: int, error: str | None
-    ) -> dict[str, Any]:
+    def _row(self, i: int, state: Any, latched: bool, error: str | None) -> dict[str, Any]:
         """Results of one run."""
         scenario = self._scenarios[i]
         return plain(
@@ -478,12 +496,13 @@ class _Episode:
             }
         )
 
-    def _sample(self, mission: Mission, state: Any, view: Any, latched: Flags, ids: Ids) -> None:
+    def _sample(self, view: Any) -> None:
         """Keep the present signals of the runs that go on."""
         if not self._record:
             return
+        mission, ids = self._on.mission, self._on.ids
         values: dict[str, Array] = {}
-        task = mission.signals(state, view, latched)
+        task = mission.signals(self._on.state, view, self._on.latched)
         for name in self._record:
             if name in RAW:
                 values[name] = self._batch.bind(name)[ids]

@@ -64,7 +64,7 @@ def run(
             }
         )
 
-    simulated, steps = 0.0, 0
+    simulated, start, steps = 0.0, 0.0, 0
     try:
         step = environment.reset()
         start = physics.data.time
@@ -79,6 +79,7 @@ def run(
                 if progress is not None:
                     progress(simulated, scenario.duration)
     except SimulationError as error:
+        simulated = max(float(physics.data.time) - start, 0.0)
         error.log = recorder.log(summary(error))
         raise
     return recorder.log(summary())
