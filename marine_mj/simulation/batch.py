@@ -324,7 +324,8 @@ class _Episode:
         self._limit = scenario.duration / (scenario.timestep * self._substeps)
         self._stride = decimation * round(scenario.log_period / scenario.control_period)
         self._period = self._substeps * scenario.timestep
-        self._sensor = int(first.sensor(t_.CONTACT_SENSOR).adr[0])
+        sensor = int(first.sensor(t_.CONTACT_SENSOR).adr[0])
+        self._sensor = slice(sensor, sensor + t_.CONTACT_VALUES)
         self._contacts = np.zeros((len(self._models), self._substeps, first.nsensordata))
         self._qpos, self._qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
         self._time, self._ctrl = self._batch.bind("time"), self._batch.bind("ctrl")
@@ -370,7 +371,7 @@ class _Episode:
             commands, state = mission.command(state, view, latched)
             reasons = self._bad_commands(ids, commands)
             self._ctrl[ids] = commands
-            force, forbidden, failed = self._step(ids)
+            contacts, failed = self._step(ids)
             reasons = failed | reasons
             steps += 1
             if reasons:
@@ -380,14 +381,14 @@ class _Episode:
                     closed = bool(latched[place])
                     rows[i] = self._row(i, trees.take(state, place), closed, steps, reasons[i])
                 finished(int((~keep).sum()))
-                ids, force, forbidden = ids[keep], force[keep], forbidden[keep]
+                ids, contacts = ids[keep], contacts[keep]
                 state, latched = trees.take(state, keep), latched[keep]
                 mission = self._mission(ids)
                 if not ids.size:
                     break
             view = mission.view(self._qpos[ids], self._qvel[ids])
             time = self._time[ids]
-            state, closing = mission.observe(state, view, time, latched, force, forbidden)
+            state, closing = mission.observe(state, view, time, latched, contacts)
             if closing.any():
                 self._close(mission, view, ids, closing)
                 latched = self._latched(mission, ids)
@@ -425,20 +426,19 @@ class _Episode:
             self._models[ids[place]].eq_data[weld, :10] = held[place]
         self._closed[ids[closing], weld] = 1.0
 
-    def _step(self, ids: Ids) -> tuple[Array, Flags, dict[int, str]]:
-        """One control period: largest contact force (n,) in it, forbidden contact, failures."""
+    def _step(self, ids: Ids) -> tuple[Array, dict[int, str]]:
+        """One control period: contact sensor (n, steps, 4) at every step of it, failures."""
         reasons: dict[int, str] = {}
         out = {"sensordata": self._contacts[: len(ids)]}
         try:
             self._batch.rollout(self._substeps, record=("sensordata",), ids=ids, out=out)
         except batch.SimulationError as error:
             reasons |= {int(i): self._batch.error(int(i)) for i in error.ids}
-        force = self._contacts[: len(ids), :, self._sensor].max(axis=1)
         warned = (self._batch.warning[ids][:, _WARNINGS, 1] > 0).any(axis=1)
         finite = np.isfinite(self._qpos[ids]).all(axis=1) & np.isfinite(self._qvel[ids]).all(axis=1)
         for i in ids[warned | ~finite]:
             reasons.setdefault(int(i), self._reason(int(i)))
-        return force, self._contacts[: len(ids), -1, self._sensor + 1] > 0, reasons
+        return self._contacts[: len(ids), :, self._sensor], reasons
 
     def _bad_commands(self, ids: Ids, commands: Array) -> dict[int, str]:
         """Why runs fail whose commands are not finite; they get zeros."""
