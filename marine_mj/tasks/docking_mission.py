@@ -146,7 +146,7 @@ class DockingMission(Mission):
                 _controller(scenario, settings, physics, limits),
                 physics.dock_frames,
                 period,
-                DockingGuidance(settings.plan.plan()),
+                DockingGuidance(replace(settings.plan.plan(), axis=physics.geometry.axis)),
             ),
             allocator=replace(
                 physics.allocator(physics.vehicle), axis_weight=np.array(_AXIS_WEIGHT)
@@ -285,12 +285,11 @@ class DockingMission(Mission):
         self, state: DockingState, view: DockingView, time: Array
     ) -> tuple[Array, Array, Array]:
         """Height, entries and capture when the aperture is crossed from below (digest 7.0)."""
-        pose = view.aperture_pose
-        height = pose[..., 2]
+        pose, plan = view.aperture_pose, self.pilot.guidance.plan
+        height, across = plan.split(pose[..., :3])
         # The closed loop arms the crossing at waypoint 2; an open policy has no waypoints.
         armed = np.asarray(state.pilot.guidance.phase >= Phase.WAIT) | (not self.closed_loop)
-        plan = self.pilot.guidance.plan
-        within = np.all(np.abs(pose[..., :2]) <= np.asarray(plan.aperture), axis=-1)
+        within = np.all(np.abs(across) <= np.asarray(plan.aperture), axis=-1)
         crossed = armed & within & (state.height < 0) & (height >= 0)
         entries, capture = state.entries + crossed, state.capture
         first = crossed & np.isnan(capture[..., 0])
