@@ -60,6 +60,7 @@ class DockingPlan:
         aperture: (2,) half length and half width within which a crossing is an entry, m.
         missed_depth: an entered vehicle this far below the aperture again has missed, m.
         push: force towards the seat while in contact, level or upwards, N.
+        lift: upward force beside it while in contact, N: keeps a vehicle under what it hooks into.
         contact_scale: (6,) factor on the pose error while in contact; 0 lets an axis go.
         seat_speed: how fast the target moves from the aperture to the seat, m/s.
         axis: axis of the aperture frame along which the vehicle enters: 2, from below, or 0, from
@@ -82,6 +83,7 @@ class DockingPlan:
     aperture: tuple[float, float] = (0.5, 0.4)
     missed_depth: float = 0.3
     push: float = 20.0
+    lift: float = 0.0
     contact_scale: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
     seat_speed: float = 0.15
     axis: int = 2
@@ -310,6 +312,7 @@ class DockingGuidance:
         away = (state.phase == Phase.WAIT) & np.logical_not(quiet) & (self.plan.retreat > 0)
         follow = _FOLLOW[np.minimum(state.phase, Phase.CONTACT)]
         push = np.asarray(self.plan.push)[..., None] * towards
+        push = push + np.asarray(self.plan.lift)[..., None] * np.array([0.0, 0.0, 1.0])
         return GuidanceCommand(
             target=RigidState(pick("position"), pick("quaternion"), pick("velocity")),
             scale=np.where(contact, np.asarray(self.plan.contact_scale), 1.0),

@@ -238,11 +238,12 @@ def _elements(
     index: int,
     environment: Environment,
     motion: Motion,
+    afloat: set[int],
 ) -> list[tuple[float, Array]]:
     """(kind, parameters) of every element of a body."""
     found: list[tuple[float, Array]] = []
     if body.restoring is not None:
-        mass, center, _ = subtree_inertia(model, index)
+        mass, center, _ = subtree_inertia(model, index, afloat)
         weight = mass * environment.gravity
         data = np.concatenate([body.restoring.ravel(), [body.equilibrium_height, weight], center])
         found.append((t_.RESTORING, data))
@@ -281,8 +282,12 @@ def _record(
     body: BodyCoefficients,
     environment: Environment,
     settings: BodySettings,
+    afloat: set[int],
 ) -> Array:
-    """Record of one body; what it points at goes into the table first."""
+    """Record of one body; what it points at goes into the table first.
+
+    `afloat`: bodies with a buoyancy of their own, which their carrier does not bear.
+    """
     index = model.body(body.name).id
     last, count = _chain(model, index, body.name)
     motion = motion_of(body, settings)
@@ -317,7 +322,7 @@ def _record(
         added_mass, linear = radiation(
             str(body.wave_database),
             environment.waves,
-            subtree_inertia(model, index)[2],
+            subtree_inertia(model, index, afloat)[2],
             ZERO if body.restoring is None else body.restoring,
             body.viscous_damping,
             _start_pose(model, body, index, motion)[2],
@@ -326,7 +331,7 @@ def _record(
     p[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36] = added_mass.ravel()
     p[t_.B_LINEAR : t_.B_LINEAR + 36] = linear.ravel()
     p[t_.B_QUADRATIC : t_.B_QUADRATIC + 36] = quadratic.ravel()
-    elements = _elements(model, table, body, index, environment, motion)
+    elements = _elements(model, table, body, index, environment, motion, afloat)
     p[t_.B_ELEMENTS] = len(elements)
     p[t_.B_ELEMENT_DATA] = table.length
     for kind, data in elements:
@@ -362,8 +367,13 @@ def pack_table(
     table.add(np.zeros(t_.FIXED_SIZE))
     fixed = _environment(table, environment)
     _contacts(model, table, fixed)
+    afloat = {
+        int(model.body(body.name).id)
+        for body in bodies
+        if body.displaced_volume or body.buoyancy or body.restoring is not None
+    }
     records = [
-        _record(model, table, body, environment, settings.get(body.name, BodySettings()))
+        _record(model, table, body, environment, settings.get(body.name, BodySettings()), afloat)
         for body in bodies
     ]
     fixed[t_.H_BODIES], fixed[t_.H_FIRST_BODY] = len(records), table.length

@@ -28,8 +28,8 @@ class DockJoint:
     qpos: int
     qvel: int
     turns: bool
-    axis: Array
-    anchor: Array
+    axis: tuple[float, ...]
+    anchor: tuple[float, ...]
     rest: float
 
 
@@ -78,8 +78,8 @@ class DockReader:
                     qpos=address,
                     qvel=int(model.jnt_dofadr[j]),
                     turns=kind == mujoco.mjtJoint.mjJNT_HINGE,
-                    axis=model.jnt_axis[j].copy(),
-                    anchor=model.jnt_pos[j].copy(),
+                    axis=tuple(model.jnt_axis[j].tolist()),
+                    anchor=tuple(model.jnt_pos[j].tolist()),
                     rest=float(model.qpos0[address]),
                 )
             )
@@ -100,18 +100,20 @@ class DockReader:
         hinges = []  # (angular velocity, anchor) in the carrier's axes
         for joint in self.joints:
             turn = frames.rotation_from_quaternion(quaternion)
-            axis = rotate(turn, joint.axis)
+            axis = rotate(turn, np.array(joint.axis))
             way = (qpos[..., joint.qpos] - joint.rest)[..., None]
             rate = qvel[..., joint.qvel][..., None] * axis
             if not joint.turns:
                 position = position + way * axis
                 slide = slide + rate
                 continue
-            anchor = position + rotate(turn, joint.anchor)
-            half = np.concatenate([np.cos(0.5 * way), np.sin(0.5 * way) * joint.axis], axis=-1)
+            lever = np.array(joint.anchor)
+            anchor = position + rotate(turn, lever)
+            sine = np.sin(0.5 * way) * np.array(joint.axis)
+            half = np.concatenate([np.cos(0.5 * way), sine], axis=-1)
             quaternion = frames.quaternion_multiply(quaternion, half)
             turn = frames.rotation_from_quaternion(quaternion)
-            position = anchor - rotate(turn, joint.anchor)
+            position = anchor - rotate(turn, lever)
             spin = spin + rate
             hinges.append((rate, anchor))
         for rate, anchor in hinges:
