@@ -2,7 +2,6 @@
 
 import numpy as np
 import trimesh
-
 from shapes import box, duct, join, path, place, revolve, tube, write
 
 HULL_BOTTOM = -0.3  # z of the carrier's hull bottom, m
@@ -90,8 +89,8 @@ def pole() -> None:
             tube(end, (0.085, 0.58 * side, top), 0.024),
             tube((0.085, 0.30 * side, 0.138), (0.085, 0.56 * side, 0.42), 0.014),
             path([mouth, over, (-0.80, 0.56 * side, top)], 0.016),
-            tube((-0.75, 0.14 * side, 0.42), (-0.72, 0.20 * side, top), 0.014),
-            tube((-0.27, 0.1166 * side, z + 0.0069), (-0.20, 0.30 * side, top), 0.012),
+            tube((-0.75, 0.14 * side, 0.42), (-0.72, 0.56 * side, top - 0.02), 0.014),
+            tube((-0.27, 0.1166 * side, z + 0.0069), (-0.20, 0.56 * side, top - 0.02), 0.012),
             tube(*spar, 0.018),
             box((0.14, 0.12, 0.02), (0.09, 0.58 * side, top)),
             box((0.14, 0.12, 0.02), (-0.80, 0.56 * side, top)),

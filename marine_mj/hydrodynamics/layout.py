@@ -213,9 +213,9 @@ def register() -> None:
     )
     model = {name: _offset(model_struct, name) for name in MODEL_FIELDS}
     data = {name: _offset(data_struct, name) for name in DATA_FIELDS}
-    contact = {
-        name: _offset(contact_struct, name) for name in CONTACT_FIELDS if name != "size"
-    } | {"size": ctypes.sizeof(contact_struct)}
+    contact = {name: _offset(contact_struct, name) for name in CONTACT_FIELDS if name != "size"} | {
+        "size": ctypes.sizeof(contact_struct)
+    }
     _check(model, data)
     _check_contacts(data, contact)
     offsets = [*model.values(), *data.values(), *contact.values()]

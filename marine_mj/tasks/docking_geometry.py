@@ -90,9 +90,7 @@ class DockingGeometry:
         )
 
 
-def _bearer(
-    model: mujoco.MjModel, dock: int, carrier: int
-) -> tuple[int, BodyReader | DockReader]:
+def _bearer(model: mujoco.MjModel, dock: int, carrier: int) -> tuple[int, BodyReader | DockReader]:
     """Body that bears the frames of a dock, and the reader of its state."""
     if model.body_dofnum[dock] == 0:
         return carrier, BodyReader.of(model, carrier)

@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from marine_mj.validation import analysis, estimates, physics, vehicles, waves
+from marine_mj.validation import analysis, contact, estimates, physics, vehicles, waves
 from marine_mj.validation.rows import Row
 
 __all__ = ["CASES", "Row", "markdown", "run", "write"]
@@ -17,6 +17,7 @@ CASES: dict[str, tuple[Callable[[], Iterable[Row]], ...]] = {
     "Rigid body and added mass": physics.CASES,
     "Waves": waves.CASES,
     "Vehicles": vehicles.CASES,
+    "Contact": contact.CASES,
     "Coefficient estimates": estimates.CASES,
     "Statistics": analysis.CASES,
 }
