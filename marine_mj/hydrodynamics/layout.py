@@ -178,7 +178,7 @@ def _check_contacts(data_offsets: dict[str, int], contact: dict[str, int]) -> No
     mujoco.mj_forward(model, data)
     count = ctypes.c_int.from_address(data._address + data_offsets["ncon"]).value
     first = ctypes.c_size_t.from_address(data._address + data_offsets["contact"]).value
-    kinds = {"geom": ctypes.c_int * 2, "dist": ctypes.c_double * 1}
+    kinds: dict[str, Any] = {"geom": ctypes.c_int * 2, "dist": ctypes.c_double * 1}
     kinds |= {"pos": ctypes.c_double * 3, "frame": ctypes.c_double * 9}
     found = [
         [list(kind.from_address(first + i * contact["size"] + contact[name])) for i in range(2)]

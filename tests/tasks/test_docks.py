@@ -93,7 +93,7 @@ def test_suspended_dock_swings_as_its_spring_and_wet_mass_say(suspended):
         before = now
     mass, spring, damper = 60 + 205, 160.0, 60.0
     closed = 2 * np.pi / np.sqrt(spring / mass - (damper / (2 * mass)) ** 2)
-    # measured 8.13 s, closed form 8.14 s (the USV gives way a little)
+    # measured 8.19 s, closed form 8.17 s
     assert 2 * np.diff(crossings).mean() == pytest.approx(closed, rel=0.01)
 
 
@@ -104,7 +104,7 @@ def test_weight_of_a_dock_afloat_is_not_borne_twice(suspended):
     data.qpos[auv] = -50.0
     mujoco.mj_step(suspended, data, 2000)
     usv = suspended.jnt_qposadr[suspended.body_jntadr[main_bodies(suspended)["usv"]]]
-    # measured 3e-8 and 2e-5 m; the dock's weight would sink the USV by 7.8 mm
+    # measured 2e-9 and 8e-7 m; the dock's weight would sink the USV by 7.8 mm
     assert abs(data.qpos[usv + 2]) < 1e-4
     assert abs(data.qpos[suspended.joint("usv/dock/heave").qposadr[0]]) < 1e-3
 
@@ -125,7 +125,7 @@ def test_carrier_heave_reaches_a_suspended_dock_through_the_spring_only():
         if step > 3000:
             heights.append([data.xpos[usv, 2], data.xpos[dock, 2]])
     usv_span, dock_span = np.ptp(heights, axis=0)
-    # measured 0.253 m and 0.16 m: of the wave's 0.3 m, exp(-k z) = 0.59 reaches 1.2 m depth
+    # measured 0.254 m and 0.173 m: of the wave's 0.3 m, exp(-k z) = 0.59 reaches 1.2 m depth
     assert usv_span > 0.22
     assert dock_span < 0.75 * usv_span
 
@@ -158,11 +158,9 @@ def test_horizontal_docks_are_entered_along_x():
 def test_only_two_ways_into_a_dock():
     scene = compile_scene(calm("docking_funnel"), visual=False)
     scene.model.site("usv/dock/seat").pos[2] += 0.5
-    with pytest.raises(
-        ModelError, match=r"the seat lies at \[0\.84.*\] m from the aperture.*along"
-    ):
+    with pytest.raises(ModelError, match=r"the seat lies at \[0\.84.*\] m from the aperture"):
         DockingGeometry.of(scene.model)
-    with pytest.raises(ScenarioError, match="axis is 1, allowed are 2 .* and 0"):
+    with pytest.raises(ScenarioError, match=r"axis is 1, allowed are 2 .* and 0"):
         DockingPlan(axis=1)
 
 
