@@ -3,6 +3,7 @@
 Shared by the `make_<model>.py` scripts. Lengths in m, axes x forward, y port, z up.
 """
 
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
@@ -149,6 +150,16 @@ def mirror(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     mesh.vertices[:, 1] *= -1
     mesh.invert()
     return mesh
+
+
+def ball(position: ArrayLike, radius: float = 0.022) -> trimesh.Trimesh:
+    """Lamp at a point."""
+    return trimesh.creation.icosphere(subdivisions=2, radius=radius).apply_translation(position)
+
+
+def both(build: Callable[[int], trimesh.Trimesh]) -> trimesh.Trimesh:
+    """Port and starboard part of `build(side)`, side 1 and -1."""
+    return join(build(1), build(-1))
 
 
 def join(*meshes: trimesh.Trimesh) -> trimesh.Trimesh:

@@ -15,6 +15,8 @@ from marine_mj.frames import Array
 
 # Opening of the corridor under the aperture (digest 6.8): half-angle 20 deg.
 _CORRIDOR_SLOPE = np.tan(np.deg2rad(20.0))
+# Axes of the aperture plane, by the axis of the entry.
+_ACROSS = {2: [0, 1], 0: [1, 2]}
 # Memory of the mean square of the dock's angular velocity, s: one and a half short waves.
 _MEMORY = 4.0
 
@@ -57,9 +59,13 @@ class DockingPlan:
             vehicle may rise, opening downwards by 20 deg; outside it goes back to waypoint 3, m.
         aperture: (2,) half length and half width within which a crossing is an entry, m.
         missed_depth: an entered vehicle this far below the aperture again has missed, m.
-        push: upward force while in contact, N.
+        push: force towards the seat while in contact, level or upwards, N.
+        lift: upward force beside it while in contact, N: keeps a vehicle under what it hooks into.
         contact_scale: (6,) factor on the pose error while in contact; 0 lets an axis go.
         seat_speed: how fast the target moves from the aperture to the seat, m/s.
+        axis: axis of the aperture frame along which the vehicle enters: 2, from below, or 0, from
+            behind. "Below" in the distances above then reads "before" it, "height" "progress";
+            only `approach_depth` and `under_depth` stay depths. Docks say it by their sites.
     """
 
     approach_distance: float = 1.0
@@ -77,11 +83,17 @@ class DockingPlan:
     aperture: tuple[float, float] = (0.5, 0.4)
     missed_depth: float = 0.3
     push: float = 20.0
+    lift: float = 0.0
     contact_scale: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
     seat_speed: float = 0.15
+    axis: int = 2
 
     def __post_init__(self) -> None:
-        """Raise ScenarioError for a distance or speed that is not positive."""
+        """Raise ScenarioError for a distance or speed that is not positive, or another axis."""
+        if self.axis not in _ACROSS:
+            raise ScenarioError(
+                f"docking plan: axis is {self.axis}, allowed are 2 (from below) and 0 (from behind)"
+            )
         for name in (
             "acceptance",
             "wait_speed",
@@ -96,6 +108,10 @@ class DockingPlan:
             raise ScenarioError(
                 f"docking plan: contact_scale needs 6 factors, got {self.contact_scale}"
             )
+
+    def split(self, inside: Array) -> tuple[Array, Array]:
+        """Height (...,) beyond the aperture plane, and offsets (..., 2) in it, of (..., 3)."""
+        return inside[..., self.axis], inside[..., _ACROSS[self.axis]]
 
 
 @dataclass(frozen=True)
@@ -174,14 +190,14 @@ class DockingGuidance:
             state: state after the previous update.
             vehicle: state of the vehicle that docks.
             carrier: state of the body that carries the dock.
-            aperture: state of the goal frame in the aperture plane, z towards the seat.
+            aperture: state of the goal frame, with the plan's `axis` towards the seat.
             seat: state that the vehicle has when docked.
             latched: (...,) bool.
             period: time since the previous update, s.
         """
         plan = self.plan
         inside = unrotate(aperture.rotation, vehicle.position - aperture.position)
-        height = inside[..., 2]
+        height, across = plan.split(inside)
         squared = np.sum(aperture.velocity[..., 3:] ** 2, axis=-1)
         turning = state.turning + period / _MEMORY * (squared - state.turning)
         waiting = state.phase == Phase.WAIT
@@ -201,13 +217,13 @@ class DockingGuidance:
         advance = reached & (phase < Phase.WAIT)
         # Above the aperture plane the forks guide: no abort there.
         open_ = np.asarray(plan.corridor) + _CORRIDOR_SLOPE * np.maximum(-height, 0.0)[..., None]
-        outside = (height < 0) & np.any(np.abs(inside[..., :2]) > open_, axis=-1)
+        outside = (height < 0) & np.any(np.abs(across) > open_, axis=-1)
         ready = reached & waiting & quiet & (speed < plan.wait_speed) & ~outside
         calm = np.where(ready, state.calm + period, 0.0)
         advance |= ready & (calm > plan.wait_time)
         abort = (phase == Phase.ENTER) & ((speed > plan.wait_speed) | outside)
         # The entry counts once waypoint 2 has been reached (digest 6.5).
-        within = np.all(np.abs(inside[..., :2]) <= np.asarray(plan.aperture), axis=-1)
+        within = np.all(np.abs(across) <= np.asarray(plan.aperture), axis=-1)
         armed = (phase == Phase.WAIT) | (phase == Phase.ENTER)
         entered = armed & within & (state.height < 0) & (height >= 0)
         missed = (phase == Phase.CONTACT) & (height < -plan.missed_depth)
@@ -224,7 +240,8 @@ class DockingGuidance:
         following = GuidanceState(
             next_phase, height, progress, state.attempts + entered, calm, waited, turning
         )
-        return self._command(following, quiet, entered, targets), following
+        towards = _towards(plan, carrier)
+        return self._command(following, quiet, entered, targets, towards), following
 
     def _targets(
         self,
@@ -242,14 +259,18 @@ class DockingGuidance:
         offset = unrotate(carrier.rotation, aperture.position - carrier.position)
         above = carrier.position + rotate(carrier.rotation, offset * np.array([1.0, 1.0, 0.0]))
         back = np.stack([-np.cos(carrier.heading), -np.sin(carrier.heading)], axis=-1)
-        down = np.array([0.0, 0.0, 1.0])
+        up = np.array([0.0, 0.0, 1.0])
+        entry = np.eye(3)[plan.axis]
+        towards = _towards(plan, carrier)
+        if plan.axis != 2:
+            above = above - np.asarray(plan.wait_depth)[..., None] * towards
         away_from_dock = np.asarray(plan.approach_distance)[..., None] * back
         depth = np.broadcast_to(plan.approach_depth, above.shape[:-1])[..., None]
         behind = np.concatenate([above[..., :2] + away_from_dock, -depth], axis=-1)
-        under = above - np.asarray(plan.under_depth)[..., None] * down
+        under = above - np.asarray(plan.under_depth)[..., None] * up
         away = (plan.retreat > 0) & np.logical_not(quiet)
         wait_depth = plan.wait_depth + plan.retreat * away
-        wait = aperture.position - wait_depth[..., None] * down
+        wait = aperture.position - wait_depth[..., None] * towards
         matched = unrotate(_level_rotation(carrier.heading), aperture.linear_velocity)
         wait_twist = np.concatenate(
             [
@@ -268,12 +289,17 @@ class DockingGuidance:
             RigidState(behind, level, still),
             RigidState(under, level, still),
             RigidState(wait, level, wait_twist),
-            aperture.attached(np.asarray(plan.overshoot)[..., None] * down),
+            aperture.attached(np.asarray(plan.overshoot)[..., None] * entry),
             seated,
         ]
 
     def _command(
-        self, state: GuidanceState, quiet: Array, entered: Array, targets: list[RigidState]
+        self,
+        state: GuidanceState,
+        quiet: Array,
+        entered: Array,
+        targets: list[RigidState],
+        towards: Array,
     ) -> GuidanceCommand:
         """Command of the phase each simulation is in."""
         index = np.minimum(state.phase, len(targets) - 1)
@@ -285,14 +311,23 @@ class DockingGuidance:
         contact = (state.phase == Phase.CONTACT)[..., None]
         away = (state.phase == Phase.WAIT) & np.logical_not(quiet) & (self.plan.retreat > 0)
         follow = _FOLLOW[np.minimum(state.phase, Phase.CONTACT)]
-        up = np.asarray(self.plan.push)[..., None] * np.array([0.0, 0.0, 1.0])
+        push = np.asarray(self.plan.push)[..., None] * towards
+        push = push + np.asarray(self.plan.lift)[..., None] * np.array([0.0, 0.0, 1.0])
         return GuidanceCommand(
             target=RigidState(pick("position"), pick("quaternion"), pick("velocity")),
             scale=np.where(contact, np.asarray(self.plan.contact_scale), 1.0),
-            push=np.where(contact, up, 0.0),
+            push=np.where(contact, push, 0.0),
             entered=entered,
             follow=np.where(away[..., None], 0.0, follow),
         )
+
+
+def _towards(plan: DockingPlan, carrier: RigidState) -> Array:
+    """Level or vertical unit vector (..., 3) of the entry, NWU."""
+    if plan.axis == 2:
+        return np.array([0.0, 0.0, 1.0])
+    c, s = np.cos(carrier.heading), np.sin(carrier.heading)
+    return np.stack([c, s, np.zeros_like(c)], axis=-1)
 
 
 def _level_rotation(heading: Array) -> Array:

@@ -113,7 +113,7 @@ def build_scene(scenario: Scenario) -> mujoco.MjSpec:
         type=mujoco.mjtSensor.mjSENS_USER,
         datatype=mujoco.mjtDataType.mjDATATYPE_REAL,
         needstage=mujoco.mjtStage.mjSTAGE_ACC,
-        dim=2,
+        dim=table.CONTACT_VALUES,
     )
     return spec
 

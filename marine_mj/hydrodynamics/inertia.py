@@ -1,5 +1,7 @@
 """Rigid-body inertia of bodies and of what they carry."""
 
+from collections.abc import Collection
+
 import mujoco
 import numpy as np
 
@@ -17,9 +19,20 @@ def rigid_inertia(model: mujoco.MjModel, body: int) -> Array:
     return np.block([[mass * np.eye(3), -mass * S], [mass * S, inertia]])
 
 
-def subtree_inertia(model: mujoco.MjModel, body: int) -> tuple[float, Array, Array]:
-    """Mass, CG and rigid inertia (6, 6) about the body origin of a body with all it carries."""
-    inside = [b for b in range(model.nbody) if _carried(model, b, body)]
+def subtree_inertia(
+    model: mujoco.MjModel, body: int, afloat: Collection[int] = ()
+) -> tuple[float, Array, Array]:
+    """Mass, CG and rigid inertia (6, 6) about the body origin of a body with all it carries.
+
+    `afloat`: bodies with a buoyancy of their own; below `body` they and what they carry are left
+    out.
+    """
+    inside = [
+        b
+        for b in range(model.nbody)
+        if _carried(model, b, body)
+        and not any(_carried(model, b, a) for a in afloat if a > body and _carried(model, a, body))
+    ]
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     R0, x0 = data.xmat[body].reshape(3, 3), data.xpos[body]

@@ -40,11 +40,15 @@ MODEL_FIELDS = (
     "nbody",
     "geom_bodyid",
     "body_rootid",
+    "body_weldid",
+    "body_dofadr",
+    "body_dofnum",
 )
 DATA_FIELDS = (
     "time",
     "qpos",
     "qvel",
+    "qacc",
     "act",
     "ctrl",
     "xpos",
@@ -62,7 +66,7 @@ DATA_FIELDS = (
     "act_dot",
 )
 #: Members of a contact, behind those of the data; the last number is the size of the struct.
-CONTACT_FIELDS = ("geom", "size")
+CONTACT_FIELDS = ("geom", "dist", "pos", "frame", "size")
 #: Name of the linker symbol that holds the offsets (an array of int64).
 SYMBOL = "marine_mj_struct_layout"
 
@@ -175,11 +179,14 @@ def _check_contacts(data_offsets: dict[str, int], contact: dict[str, int]) -> No
     mujoco.mj_forward(model, data)
     count = ctypes.c_int.from_address(data._address + data_offsets["ncon"]).value
     first = ctypes.c_size_t.from_address(data._address + data_offsets["contact"]).value
+    kinds: dict[str, Any] = {"geom": ctypes.c_int * 2, "dist": ctypes.c_double * 1}
+    kinds |= {"pos": ctypes.c_double * 3, "frame": ctypes.c_double * 9}
     found = [
-        list((ctypes.c_int * 2).from_address(first + i * contact["size"] + contact["geom"]))
-        for i in range(min(count, 2))
+        [list(kind.from_address(first + i * contact["size"] + contact[name])) for i in range(2)]
+        for name, kind in kinds.items()
     ]
-    if found != data.contact.geom.tolist():
+    shown = [np.reshape(getattr(data.contact, name), (2, -1)).tolist() for name in kinds]
+    if count != 2 or found != shown:
         raise MarineMjError(
             f"the contacts of MuJoCo {mujoco.__version__} are not where its introspection says; "
             "marine_mj supports mujoco >=3.17,<4: install one"
@@ -207,9 +214,8 @@ def register() -> None:
     )
     model = {name: _offset(model_struct, name) for name in MODEL_FIELDS}
     data = {name: _offset(data_struct, name) for name in DATA_FIELDS}
-    contact = {
-        "geom": _offset(contact_struct, "geom"),
-        "size": ctypes.sizeof(contact_struct),
+    contact = {name: _offset(contact_struct, name) for name in CONTACT_FIELDS if name != "size"} | {
+        "size": ctypes.sizeof(contact_struct)
     }
     _check(model, data)
     _check_contacts(data, contact)

@@ -310,6 +310,7 @@ def _elements(
     drift: Drift,
     memory: Memory | None,
     settings: BodySettings,
+    afloat: set[int],
 ) -> list[tuple[float, Array]]:
     """(kind, parameters) of every element of a body."""
     found: list[tuple[float, Array]] = []
@@ -320,7 +321,7 @@ def _elements(
     if panels:
         found.append((t_.PANELS, panel_parameters(table, body, waves, settings)))
     elif body.restoring is not None:
-        mass, center, _ = subtree_inertia(model, index)
+        mass, center, _ = subtree_inertia(model, index, afloat)
         weight = mass * environment.gravity
         data = np.concatenate([body.restoring.ravel(), [body.equilibrium_height, weight], center])
         found.append((t_.RESTORING, data))
@@ -363,8 +364,12 @@ def _record(
     body: BodyCoefficients,
     environment: Environment,
     settings: BodySettings,
+    afloat: set[int],
 ) -> Array:
-    """Record of one body; what it points at goes into the table first."""
+    """Record of one body; what it points at goes into the table first.
+
+    `afloat`: bodies with a buoyancy of their own, which their carrier does not bear.
+    """
     index = model.body(body.name).id
     last, count = _chain(model, index, body.name)
     motion = motion_of(body, settings)
@@ -403,7 +408,7 @@ def _record(
         added_mass, linear = radiation(
             str(body.wave_database),
             environment.waves,
-            subtree_inertia(model, index)[2],
+            subtree_inertia(model, index, afloat)[2],
             restoring_of(model, body, settings, environment),
             body.viscous_damping,
             _start_pose(model, body, index, motion)[2],
@@ -415,7 +420,9 @@ def _record(
     drift: Drift = "none"  # calm water needs no database, panels have their own
     if settings.drift or (len(environment.waves.omega) and not uses_panels(body, settings)):
         drift = drift_of(body, settings.drift, motion)
-    elements = _elements(model, table, body, index, environment, motion, drift, memory, settings)
+    elements = _elements(
+        model, table, body, index, environment, motion, drift, memory, settings, afloat
+    )
     p[t_.B_ELEMENTS] = len(elements)
     p[t_.B_ELEMENT_DATA] = table.length
     for kind, data in elements:
@@ -451,8 +458,13 @@ def pack_table(
     table.add(np.zeros(t_.FIXED_SIZE))
     fixed = _environment(table, environment)
     _contacts(model, table, fixed)
+    afloat = {
+        int(model.body(body.name).id)
+        for body in bodies
+        if body.displaced_volume or body.buoyancy or body.restoring is not None
+    }
     records = [
-        _record(model, table, body, environment, settings.get(body.name, BodySettings()))
+        _record(model, table, body, environment, settings.get(body.name, BodySettings()), afloat)
         for body in bodies
     ]
     fixed[t_.H_BODIES], fixed[t_.H_FIRST_BODY] = len(records), table.length

@@ -15,9 +15,12 @@ H_MAGIC, H_VERSION, H_LENGTH, H_BODIES, H_FIRST_BODY = range(5)
 #: Address of the contact sensor in the sensor data plus 1 (0: none), and the forbidden geoms.
 H_SENSOR, H_FORBIDDEN, H_FORBIDDEN_DATA = 5, 6, 7
 
-#: Name of the scene's contact sensor: sum of the normal forces between different vehicles [N],
-#: number of contacts of geoms whose own name starts with `FORBIDDEN`.
+#: Name of the scene's contact sensor, and its values: sum of the normal forces between different
+#: vehicles [N], number of contacts of geoms whose own name starts with `FORBIDDEN`, power that the
+#: contacts between different vehicles take out of their motion [W], deepest overlap of such a
+#: contact's geoms [m].
 CONTACT_SENSOR = "marine_mj/contacts"
+(S_FORCE, S_FORBIDDEN, S_POWER, S_PENETRATION, CONTACT_VALUES) = range(5)
 FORBIDDEN = "forbidden_"
 
 # environment block, right behind the header

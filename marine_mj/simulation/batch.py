@@ -332,7 +332,8 @@ class _Episode:
         self._limit = scenario.duration / (scenario.timestep * self._substeps)
         self._stride = decimation * round(scenario.log_period / scenario.control_period)
         self._period = self._substeps * scenario.timestep
-        self._sensor = int(first.sensor(t_.CONTACT_SENSOR).adr[0])
+        sensor = int(first.sensor(t_.CONTACT_SENSOR).adr[0])
+        self._sensor = slice(sensor, sensor + t_.CONTACT_VALUES)
         self._contacts = np.zeros((len(self._models), self._substeps, first.nsensordata))
         self._qpos, self._qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
         self._time, self._ctrl = self._batch.bind("time"), self._batch.bind("ctrl")
@@ -380,15 +381,13 @@ class _Episode:
             commands, on.state = on.mission.command(on.state, view, on.latched)
             sound = self._finite(commands)
             self._ctrl[self._on.ids] = commands[sound]
-            force, forbidden = self._step()
+            contacts = self._step()
             steps += 1
             on = self._on
             if not on.ids.size:
                 break
             view, time = self._view(), self._time[on.ids]
-            on.state, closing = on.mission.observe(
-                on.state, view, time, on.latched, force, forbidden
-            )
+            on.state, closing = on.mission.observe(on.state, view, time, on.latched, contacts)
             if closing.any():
                 self._close(view, closing)
             if steps % self._stride == 0:
@@ -450,8 +449,8 @@ class _Episode:
             self._leave(~sound, reasons)
         return sound
 
-    def _step(self) -> tuple[Array, Flags]:
-        """One control period: largest contact force (n,) and forbidden contact of those left."""
+    def _step(self) -> Array:
+        """One control period: contact sensor (n, steps, 4) at every step, of the runs left."""
         ids = self._on.ids
         reasons: dict[int, str] = {}
         contacts = self._contacts[: len(ids)]
@@ -468,7 +467,7 @@ class _Episode:
         if failed.any():
             self._leave(failed, reasons)
             contacts = contacts[~failed]
-        return contacts[:, :, self._sensor].max(axis=1), contacts[:, -1, self._sensor + 1] > 0
+        return contacts[:, :, self._sensor]
 
     def _reason(self, i: int) -> str:
         """Why the state of a run is not valid."""

@@ -84,10 +84,13 @@ class Mission(ABC):
         view: Any,
         time: Array | float,
         latched: Flags,
-        force: Array | float,
-        forbidden: Flags | bool,
+        contacts: Array,
     ) -> tuple[Any, Flags]:
-        """Next state one control period later, and where (...,) the first weld closes now."""
+        """Next state one control period later, and where (...,) the first weld closes now.
+
+        `contacts` (..., steps, 4) is the scene's contact sensor at every physics step of the
+        period; `hydrodynamics.table.CONTACT_SENSOR` lists its values.
+        """
 
     @abstractmethod
     def finished(self, state: Any, time: Array | float, latched: Flags) -> Flags:

@@ -84,8 +84,7 @@ class Docking(MarineTask):
             physics.view,
             physics.data.time,
             np.asarray(physics.latched()),
-            physics.peak_contact_force(),
-            physics.forbidden_contact(),
+            physics.contacts(),
         )
         if closing:
             physics.close_latch()

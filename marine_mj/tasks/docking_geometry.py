@@ -1,6 +1,6 @@
 """What docking is about, computed from states of any leading shape: one run or a thousand."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import mujoco
@@ -12,6 +12,7 @@ from marine_mj.controllers.kinematics import rotate, unrotate
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.scene import at_origin, main_bodies
+from marine_mj.tasks.dock_reader import DockReader
 from marine_mj.tasks.reader import BodyReader
 
 
@@ -22,10 +23,13 @@ class DockingGeometry:
     Attributes:
         weld: index of the latch's equality constraint.
         vehicle, carrier: instance names.
-        vehicle_reader, carrier_reader: readers of their states.
-        frames: aperture and seat in the carrier's axes.
-        weld_position: (3,) dock body in the carrier's axes FLU, m.
-        weld_quaternion: (4,) attitude of the dock body relative to the carrier, wxyz.
+        vehicle_reader: reader of the vehicle's state.
+        carrier_reader: reader of the body that bears the dock's frames: the carrier, or the dock
+            body itself where joints of its own let it move (a suspended dock).
+        frames: aperture and seat in that body's axes.
+        axis: axis of the aperture frame along which the seat lies: 2 (above) or 0 (ahead).
+        weld_position: (3,) dock body in the axes FLU of the body that bears the frames, m.
+        weld_quaternion: (4,) attitude of the dock body relative to it, wxyz.
         mass: dry mass of the vehicle, kg.
         center: (3,) its centre of gravity from the body origin, FLU, m.
         inertia: (3, 3) about its centre of gravity, FLU, kg m2.
@@ -35,8 +39,9 @@ class DockingGeometry:
     vehicle: str
     carrier: str
     vehicle_reader: BodyReader
-    carrier_reader: BodyReader
+    carrier_reader: BodyReader | DockReader
     frames: DockFrames
+    axis: int = field(metadata={"stack": "same"})
     weld_position: Array
     weld_quaternion: Array
     mass: float
@@ -48,7 +53,8 @@ class DockingGeometry:
         """Geometry of a compiled scene.
 
         Raises:
-            ModelError: the scene has no latch, or its dock lacks a site.
+            ModelError: the scene has no latch, or its dock lacks a site, has them at odds, or
+                hangs on its carrier by other joints than slides and hinges.
         """
         welds = [i for i in range(model.neq) if "/latch/" in model.equality(i).name]
         if not welds:
@@ -56,7 +62,7 @@ class DockingGeometry:
         weld = welds[0]
         carrier, _, vehicle = model.equality(weld).name.split("/")
         data = at_origin(model)
-        body = main_bodies(model)[carrier]
+        body, reader = _bearer(model, model.eq_obj1id[weld], main_bodies(model)[carrier])
         places = []
         for name in ("aperture", "seat"):
             site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, f"{carrier}/dock/{name}")
@@ -64,6 +70,7 @@ class DockingGeometry:
                 raise ModelError(f"the dock of {carrier!r} has no site {name!r}")
             places += _relative(data, body, data.site_xpos[site], data.site_xmat[site])
         dock = model.eq_obj1id[weld]
+        dock_frames = DockFrames(*places)
         mount = _relative(data, body, data.xpos[dock], data.xmat[dock])
         own = main_bodies(model)[vehicle]
         turn = frames.rotation_from_quaternion(model.body_iquat[own])
@@ -72,14 +79,36 @@ class DockingGeometry:
             vehicle=vehicle,
             carrier=carrier,
             vehicle_reader=BodyReader.of(model, own),
-            carrier_reader=BodyReader.of(model, body),
-            frames=DockFrames(*places),
+            carrier_reader=reader,
+            frames=dock_frames,
+            axis=_entry(carrier, dock_frames),
             weld_position=mount[0],
             weld_quaternion=mount[1],
             mass=float(model.body_mass[own]),
             center=model.body_ipos[own].copy(),
             inertia=turn @ np.diag(model.body_inertia[own]) @ turn.T,
         )
+
+
+def _bearer(model: mujoco.MjModel, dock: int, carrier: int) -> tuple[int, BodyReader | DockReader]:
+    """Body that bears the frames of a dock, and the reader of its state."""
+    if model.body_dofnum[dock] == 0:
+        return carrier, BodyReader.of(model, carrier)
+    return dock, DockReader.of(model, dock, carrier)
+
+
+def _entry(carrier: str, dock: DockFrames) -> int:
+    """Axis of the aperture frame that leads to the seat."""
+    turn = frames.rotation_from_quaternion(dock.aperture_quaternion)
+    way = turn.T @ (dock.seat - dock.aperture)
+    for axis in (2, 0):
+        if way[axis] > 0.99 * np.linalg.norm(way):
+            return axis
+    raise ModelError(
+        f"in the dock of {carrier!r} the seat lies at {np.round(way, 3)} m from the aperture, in "
+        "the aperture's axes; allowed is straight along z (entry from below) or along x (entry "
+        "from behind): move the site or turn the aperture"
+    )
 
 
 def _relative(data: mujoco.MjData, body: int, position: Array, matrix: Array) -> list[Array]:
@@ -109,7 +138,7 @@ class DockingView:
 
     @cached_property
     def carrier(self) -> RigidState:
-        """State of the body that carries the dock, NWU/FLU."""
+        """State of the body that bears the dock: the carrier or a suspended dock, NWU/FLU."""
         return self._geometry.carrier_reader.state(self._qpos, self._qvel)
 
     @cached_property

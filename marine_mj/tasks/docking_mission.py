@@ -30,6 +30,7 @@ from marine_mj.frames import Array
 from marine_mj.scenario import Scenario
 from marine_mj.scene import main_bodies, start_pose
 from marine_mj.tasks.base import Flags, Mission, Signal, from_unit
+from marine_mj.tasks.contact_log import ContactLog
 from marine_mj.tasks.docking_geometry import DockingGeometry, DockingView
 from marine_mj.tasks.docking_physics import DockingPhysics
 from marine_mj.tasks.docking_settings import DockingSettings
@@ -61,9 +62,7 @@ class DockingState:
         target: (..., 3) position the controller steers to, NWU, m.
         start_time: (...,) time on the wave record at the start, s.
         latch_time: (...,) when the latch closed, s; inf while it is open.
-        force: (...,) largest sum of normal forces in the last control period, N.
-        peak_force: (...,) the same since the start, N.
-        crashed: (...,) bool, a forbidden geom was touched.
+        contact: what contacts did so far.
         height: (...,) height above the aperture plane at the last look, m.
         entries: (...,) int, crossings of the aperture from below.
         capture: (..., 9) values of `CAPTURE` at the first crossing; NaN before.
@@ -75,9 +74,7 @@ class DockingState:
     target: Array
     start_time: Array
     latch_time: Array
-    force: Array
-    peak_force: Array
-    crashed: Flags
+    contact: ContactLog
     height: Array
     entries: Array
     capture: Array
@@ -149,7 +146,7 @@ class DockingMission(Mission):
                 _controller(scenario, settings, physics, limits),
                 physics.dock_frames,
                 period,
-                DockingGuidance(settings.plan.plan()),
+                DockingGuidance(replace(settings.plan.plan(), axis=physics.geometry.axis)),
             ),
             allocator=replace(
                 physics.allocator(physics.vehicle), axis_weight=np.array(_AXIS_WEIGHT)
@@ -197,7 +194,6 @@ class DockingMission(Mission):
     def initial(self, time: Array | float, shape: tuple[int, ...] = ()) -> DockingState:
         """State at the start, at `time` (...,) s, for a leading shape."""
         start = np.broadcast_to(np.asarray(time, dtype=float), shape).copy()
-        zero = np.zeros(shape)
         return DockingState(
             pilot=self.pilot.initial(shape),
             latch=self.latch.initial(shape),
@@ -205,9 +201,7 @@ class DockingMission(Mission):
             target=np.zeros((*shape, 3)),
             start_time=start,
             latch_time=np.full(shape, np.inf),
-            force=zero,
-            peak_force=zero,
-            crashed=np.zeros(shape, dtype=bool),
+            contact=ContactLog.initial(shape),
             height=np.full(shape, -np.inf),
             entries=np.zeros(shape, dtype=int),
             capture=np.full((*shape, len(CAPTURE)), np.nan),
@@ -259,8 +253,7 @@ class DockingMission(Mission):
         view: DockingView,
         time: Array | float,
         latched: Flags,
-        force: Array | float,
-        forbidden: Flags | bool,
+        contacts: Array,
     ) -> tuple[DockingState, Flags]:
         """Next state, and in which simulations (...,) the latch closes now.
 
@@ -269,8 +262,7 @@ class DockingMission(Mission):
             view: states one control period later.
             time: (...,) simulated time there, s.
             latched: (...,) bool, closed before.
-            force: (...,) largest sum of normal forces in the control period, N.
-            forbidden: (...,) bool, a forbidden geom is touched.
+            contacts: (..., steps, 4) contact sensor at every physics step of the control period.
         """
         time = np.asarray(time, dtype=float)
         height, entries, capture = self._aperture(state, view, time)
@@ -280,9 +272,9 @@ class DockingMission(Mission):
             state,
             latch=latch,
             latch_time=np.where(closing, time, state.latch_time),
-            force=np.asarray(force, dtype=float),
-            peak_force=np.maximum(state.peak_force, force),
-            crashed=state.crashed | np.asarray(forbidden, dtype=bool),
+            contact=state.contact.update(
+                contacts, self.period / contacts.shape[-2], np.asarray(latched, dtype=bool)
+            ),
             height=height,
             entries=entries,
             capture=capture,
@@ -293,12 +285,11 @@ class DockingMission(Mission):
         self, state: DockingState, view: DockingView, time: Array
     ) -> tuple[Array, Array, Array]:
         """Height, entries and capture when the aperture is crossed from below (digest 7.0)."""
-        pose = view.aperture_pose
-        height = pose[..., 2]
+        pose, plan = view.aperture_pose, self.pilot.guidance.plan
+        height, across = plan.split(pose[..., :3])
         # The closed loop arms the crossing at waypoint 2; an open policy has no waypoints.
         armed = np.asarray(state.pilot.guidance.phase >= Phase.WAIT) | (not self.closed_loop)
-        plan = self.pilot.guidance.plan
-        within = np.all(np.abs(pose[..., :2]) <= np.asarray(plan.aperture), axis=-1)
+        within = np.all(np.abs(across) <= np.asarray(plan.aperture), axis=-1)
         crossed = armed & within & (state.height < 0) & (height >= 0)
         entries, capture = state.entries + crossed, state.capture
         first = crossed & np.isnan(capture[..., 0])
@@ -330,7 +321,7 @@ class DockingMission(Mission):
             "wrench_command": state.wrench,
             "phase": phase if self.closed_loop else np.full_like(phase, np.nan),
             "latched": np.asarray(latched, dtype=float),
-            "contact_force": state.force,
+            "contact_force": state.contact.force,
         }
 
     def summary(self, scenario: Scenario, state: DockingState, latched: bool) -> dict[str, Any]:
@@ -350,8 +341,12 @@ class DockingMission(Mission):
             "capture": capture,
             "capture_time": capture["time"] if capture else None,
             "latch_time": float(state.latch_time - state.start_time) if latched else None,
-            "peak_contact_force": float(state.peak_force),
-            "forbidden_contact": bool(state.crashed),
+            "peak_contact_force": float(state.contact.peak_force),
+            "contact_impulse": float(state.contact.impulse),
+            "contact_energy": float(state.contact.energy),
+            "contact_penetration": float(state.contact.penetration),
+            "contact_duration": float(state.contact.duration),
+            "forbidden_contact": bool(state.contact.crashed),
             "attempts": int(state.entries),
             "controller": self.settings.controller if self.closed_loop else None,
             "gains": self.settings.gain_set if self.closed_loop else None,

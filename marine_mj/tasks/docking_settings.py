@@ -28,6 +28,7 @@ class PlanSettings(Settings):
     retreat: NotNegative = 0.0
     corridor: tuple[Positive, Positive] | None = None
     push: NotNegative = 20.0
+    lift: NotNegative = 0.0
     contact_scale: tuple[float, float, float, float, float, float] = (1.0,) * 6
     seat_speed: Positive = 0.15
 

@@ -40,11 +40,11 @@ class MarinePhysics(dm_mujoco.Physics):
         self._readers: dict[int, BodyReader] = {}
         self._memory: dict[str, Any] = {}
         self._memory_key = b""
-        self._peak_force = 0.0
         super()._reload_from_data(data)
         model = self.model.ptr
         sensor = model.sensor(table.CONTACT_SENSOR)
         self._contact_sensor = slice(int(sensor.adr[0]), int(sensor.adr[0] + sensor.dim[0]))
+        self._contacts = np.zeros((1, table.CONTACT_VALUES))
         self._bodies = main_bodies(model)
 
     @property
@@ -109,10 +109,10 @@ class MarinePhysics(dm_mujoco.Physics):
             SimulationError: the state diverged; names the time, the body and its state.
         """
         model, data = self.model.ptr, self.data.ptr
-        self._peak_force = 0.0
-        for _ in range(nstep):
+        self._contacts = np.zeros((nstep, table.CONTACT_VALUES))
+        for number in range(nstep):
             mujoco.mj_step(model, data)
-            self._peak_force = max(self._peak_force, self.contact_force())
+            self._contacts[number] = data.sensordata[self._contact_sensor]
         self.check_state()
 
     @contextlib.contextmanager
@@ -129,21 +129,14 @@ class MarinePhysics(dm_mujoco.Physics):
         """Raise SimulationError if the state is not finite or MuJoCo reported divergence."""
         check_state(self.model.ptr, self.data.ptr)
 
-    def contact_force(self) -> float:
-        """Sum of normal forces between bodies of different vehicles at the last step, N."""
-        return float(self._contacts()[0])
+    def contacts(self) -> Array:
+        """Contact sensor (steps, 4) at every step of the last call of `step`.
 
-    def peak_contact_force(self) -> float:
-        """Largest `contact_force` during the last call of `step`, N."""
-        return self._peak_force
-
-    def forbidden_contact(self) -> bool:
-        """Whether a geom whose name starts with `forbidden_` was touched at the last step."""
-        return bool(self._contacts()[1] > 0)
-
-    def _contacts(self) -> Array:
-        """Values (2,) of the scene's contact sensor."""
-        return self.data.sensordata[self._contact_sensor]
+        Columns: sum of normal forces between different vehicles (N), contacts of geoms whose name
+        starts with `forbidden_`, power that contacts between vehicles take out of the motion (W),
+        deepest overlap of their geoms (m).
+        """
+        return self._contacts.copy()
 
     def actuators(self, instance: str) -> Array:
         """Ids of a vehicle's actuators."""

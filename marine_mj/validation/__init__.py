@@ -9,6 +9,7 @@ from pathlib import Path
 
 from marine_mj.validation import (
     analysis,
+    contact,
     drift,
     estimates,
     geometry,
@@ -30,6 +31,7 @@ CASES: dict[str, tuple[Callable[[], Iterable[Row]], ...]] = {
     "Wave drift": drift.CASES,
     "Vehicles": vehicles.CASES,
     "Hull panels": panels.CASES,
+    "Contact": contact.CASES,
     "Coefficient estimates": estimates.CASES,
     "Hydrodynamics from geometry": geometry.CASES,
     "Statistics": analysis.CASES,

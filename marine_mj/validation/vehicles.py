@@ -299,7 +299,7 @@ def scout_orbit() -> Iterator[Row]:
 
 def usv_statics() -> Iterator[Row]:
     """USV: displacement, inertia, restoring (V18), natural periods."""
-    model = load("dus_v5750")
+    model = load("dus_v5750", settings={"hull": {"radiation": "constant"}})
     data = mujoco.MjData(model)
     body = model.body("hull").id
     mass = float(model.body_subtreemass[body])

@@ -38,7 +38,8 @@ def model() -> mujoco.MjModel:
 
 
 def dock(model, x, y, z=-1.45, roll=0.0, pitch=0.0, yaw=0.0, speed=0.0, push=PUSH, duration=25.0):
-    """Final error [m, rad], names of all forbidden geoms touched and deepest penetration [m].
+    """Final error [m, rad], names of all forbidden geoms touched and deepest overlap [m];
+    down to -0.02 m of it are compression of the pads' soft layer.
 
     Start: position of the Scout relative to the cradle's origin in m, angles in rad about the
     z-up axes, upward speed in m/s.
@@ -49,7 +50,7 @@ def dock(model, x, y, z=-1.45, roll=0.0, pitch=0.0, yaw=0.0, speed=0.0, push=PUS
     data.qpos[:] = [x, y, z, *quaternion]
     data.qvel[2] = speed
     hull = model.body("scout/hull").id
-    forbidden, deepest = set(), 0.0
+    forbidden, deepest = set(), -0.02
     for _ in range(round(duration / model.opt.timestep)):
         rotation = data.xmat[hull].reshape(3, 3) if data.time else np.eye(3)
         velocity = np.concatenate([rotation.T @ data.qvel[:3], data.qvel[3:]])
@@ -83,7 +84,7 @@ def test_every_start_within_the_capture_limits_ends_in_the_seat(model, x, y, pit
         model, x, y, pitch=np.radians(pitch_deg), yaw=np.radians(yaw_deg)
     )
     assert not forbidden
-    assert distance < 0.05  # worst 0.008 m
+    assert distance < 0.05  # worst 0.014 m
     assert angle < np.radians(3.0)  # worst 0.6 deg
     assert deepest < 0.01  # worst 3.4 mm
 
@@ -92,7 +93,8 @@ def test_every_start_within_the_capture_limits_ends_in_the_seat(model, x, y, pit
 def test_half_a_metre_a_second_penetrates_less_than_a_centimetre(model, x, y, z):
     distance, _, forbidden, deepest = dock(model, x, y, z=z, speed=0.5, push=PUSH)
     assert not forbidden
-    assert 0.001 < deepest < 0.01  # 2.0 mm on the pads
+    # measured: 6.2 mm of the pads' layer left, 1.8 and 1.5 mm overlap on the bars
+    assert -0.019 < deepest < 0.01
     assert distance < 0.05
 
 

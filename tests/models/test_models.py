@@ -10,7 +10,8 @@ import pytest
 ROOT = Path(__file__).parents[2]
 MODELS = ROOT / "models"
 NAMES = sorted(p.parent.name for p in MODELS.glob("*/*.xml") if p.parent.name == p.stem)
-DOCKS = {"cradle"}
+DOCKS = {"cradle", "cradle_suspended", "funnel", "pole"}
+SUSPENDED = {"cradle_suspended"}
 MATRIX = {6, 21, 36}
 SIZES = {
     "added_mass_frd": MATRIX,
@@ -50,7 +51,7 @@ vehicles = pytest.mark.parametrize("name", [*(n for n in NAMES if n not in DOCKS
 
 
 def test_the_folders_are_found():
-    assert {"scout", "dus_v5750", "cradle", "bluerov2"} <= set(NAMES)
+    assert {"scout", "dus_v5750", "bluerov2"} | DOCKS <= set(NAMES)
 
 
 @everything
@@ -77,9 +78,14 @@ def test_it_has_a_readme_and_small_meshes(name):
 @everything
 def test_it_holds_a_vehicle_only(name):
     spec = load(name)
-    (root,) = spec.worldbody.bodies
+    root, *fixed = spec.worldbody.bodies
+    # what a suspended dock leaves on its carrier
+    assert not fixed if name not in SUSPENDED else all(not body.joints for body in fixed)
     joints = [j.type for j in root.joints]
-    assert joints == ([] if name in DOCKS else [mujoco.mjtJoint.mjJNT_FREE])
+    if name in SUSPENDED:
+        assert joints == [mujoco.mjtJoint.mjJNT_SLIDE]
+    else:
+        assert joints == ([] if name in DOCKS else [mujoco.mjtJoint.mjJNT_FREE])
     assert not spec.worldbody.geoms and not spec.lights
     path = "VEHICLE.xml" if name == "_template" else f"{name}.xml"
     assert "<option" not in (MODELS / name / path).read_text(encoding="utf-8")
@@ -99,7 +105,7 @@ def test_geoms_are_visual_or_collision_and_massless(name):
     assert {2, 3} <= set(model.geom_group)
     classes = set(re.findall(r'<default class="(\w+)"', load(name).to_xml()))
     assert {"visual", "collision"} <= classes
-    if name in DOCKS:
+    if name in DOCKS - SUSPENDED:
         assert model.body_mass.sum() == 0.0
     else:
         assert load(name).worldbody.bodies[0].explicitinertial

@@ -6,6 +6,9 @@ import pytest
 from conftest import numbers, one_body, random_added_mass, rigid_mass
 
 import marine_mj
+from marine_mj.hydrodynamics.table import CONTACT_SENSOR
+from marine_mj.scenario import Scenario
+from marine_mj.scene import compile_scene
 
 M_RB = rigid_mass(10.0, [0.02, 0.01, -0.05], [1.0, 2.0, 3.0])
 BALL = '<geom type="sphere" size="0.3" mass="0" solref="0.02 1" friction="0"/>'
@@ -156,11 +159,7 @@ def test_weld_gives_way_like_that_of_a_natively_heavier_body():
 
 
 def test_contact_sensor_sums_what_mujoco_reports():
-    """The native sum of normal forces and forbidden contacts against mj_contactForce."""
-    from marine_mj.hydrodynamics.table import CONTACT_SENSOR
-    from marine_mj.scenario import Scenario
-    from marine_mj.scene import compile_scene
-
+    """Native force, forbidden contacts, power and overlap against mj_contactForce and mj_jac."""
     calm = {"sea.spectrum": "none", "sea.sea_state": None, "sea.spreading": None}
     # the vehicle sits in the hull of the carrier: pads, forks and the forbidden bottom are touched
     calm["vehicles.auv.position_ned"] = [10.0, 0.3, 0.2]
@@ -169,16 +168,28 @@ def test_contact_sensor_sums_what_mujoco_reports():
     address = int(model.sensor(CONTACT_SENSOR).adr[0])
     most = 0
     for _ in range(20):
+        before = data.qvel.copy()
         mujoco.mj_step(model, data)
-        total, forbidden, wrench = 0.0, 0, np.zeros(6)
+        total, forbidden, power, overlap, wrench = 0.0, 0, 0.0, 0.0, np.zeros(6)
+        middle = before + 0.5 * model.opt.timestep * data.qacc
         for number in range(data.ncon):
             first, second = data.contact[number].geom
             roots = model.body_rootid[model.geom_bodyid[[first, second]]]
             mujoco.mj_contactForce(model, data, number, wrench)
-            total += abs(wrench[0]) if roots[0] != roots[1] else 0.0
+            if roots[0] != roots[1]:
+                total += abs(wrench[0])
+                overlap = max(overlap, -data.contact[number].dist)
+                contact, slip = data.contact[number], np.zeros(3)
+                for geom, sign in ((first, -1.0), (second, 1.0)):
+                    J = np.zeros((3, model.nv))
+                    mujoco.mj_jac(model, data, J, None, contact.pos, model.geom_bodyid[geom])
+                    slip += sign * J @ middle
+                power -= wrench[:3] @ contact.frame.reshape(3, 3) @ slip
             names = (model.geom(int(g)).name.split("/")[-1] for g in (first, second))
             forbidden += any(name.startswith("forbidden_") for name in names)
         assert data.sensordata[address] == pytest.approx(total, rel=1e-12)
         assert data.sensordata[address + 1] == forbidden
+        assert data.sensordata[address + 2] == pytest.approx(power, rel=1e-9, abs=1e-9)
+        assert data.sensordata[address + 3] == overlap
         most = max(most, forbidden)
     assert most > 0
