@@ -15,7 +15,7 @@ from marine_mj.frames import Array
 
 # Channels of the noise.
 _START, _IMU, _BIAS, _GNSS, _GNSS_BIAS, _LINK = range(40, 46)
-#: Navigation updates between two changes of a sensor bias: they are slow.
+#: Navigation updates between two changes of the biases of an IMU: they are slow.
 BIAS_EVERY = 100
 #: Deviations of the core states at the start: m, m/s, rad; biases come from their processes.
 _START_DEVIATIONS = (0.5, 0.5, 0.5, 0.1, 0.1, 0.1, 0.02, 0.02, 0.02)
@@ -126,10 +126,8 @@ class CarrierNavigation:
         """
         bias, gnss_bias = state.bias, state.gnss_bias
         if step % BIAS_EVERY == 0:
-            noise = NoiseStream(seeds, 9, _BIAS).rows(step)
-            elapsed = BIAS_EVERY * self.period
-            bias = bias_update(self.imu, bias, noise[..., :6], elapsed)
-            gnss_bias = self.gnss.bias.update(gnss_bias, noise[..., 6:], elapsed)
+            noise = NoiseStream(seeds, 6, _BIAS).rows(step)
+            bias = bias_update(self.imu, bias, noise, BIAS_EVERY * self.period)
         noise = NoiseStream(seeds, 6, _IMU).rows(step)
         sample = self.imu.measure(carrier, acceleration, bias, noise, self.period, self.gravity)
         previous, kalman = state.kalman, self.kalman
@@ -137,6 +135,10 @@ class CarrierNavigation:
         gained = (filtered.mean[..., 3:6] - previous.mean[..., 3:6]) / self.period
         if self.gnss.timing.samples(step):
             stream = NoiseStream(seeds, 7, _GNSS)
+            # The bias matters at fixes only. At each it changes as much as the filter expects.
+            noise = NoiseStream(seeds, 3, _GNSS_BIAS).rows(step)
+            elapsed = self.gnss.timing.every * self.period
+            gnss_bias = self.gnss.bias.update(gnss_bias, noise, elapsed)
             fix = self.gnss.measure(carrier, gnss_bias, stream.rows(step))
             linear = satellite(kalman, filtered, fix, self.gnss.deviations)
             valid = kept(stream, step, self.gnss.timing)
