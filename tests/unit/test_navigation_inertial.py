@@ -94,7 +94,9 @@ def test_strapdown_follows_an_independent_integration():
             state = kalman.predict(state, np.concatenate([force(middle), rate(middle)]))
         errors.append(np.abs(state.mean[:10] - exact).max())
     assert errors[1] < 2.5e-3  # 1.8e-3 m after 10 s at 100 Hz
-    np.testing.assert_allclose(np.divide(errors[:-1], errors[1:]), 4.0, rtol=0.05)  # second order
+    np.testing.assert_allclose(
+        np.divide(errors[:-1], errors[1:]), 4.0, rtol=0.05
+    )  # 1e-5: second order
 
 
 @pytest.mark.parametrize("spot", [0, 1, 2, 3])
@@ -218,12 +220,12 @@ def test_a_late_measurement_gives_the_batch_solution(rng):
     K = prior @ rows.T @ np.linalg.inv(S)
     joint = prior - K @ S @ K.T
     expected = phi[4] @ joint @ phi[4].T
-    np.testing.assert_allclose(state.covariance[0, core, core], expected, atol=1e-9)  # 5e-13
+    np.testing.assert_allclose(state.covariance[0, core, core], expected, atol=1e-9)  # 2e-14
     # Means: both corrections, carried to step 4.
     found = minus(before.mean, state.mean)[0, core]
     found = found + F[3] @ F[2] @ total[0, core]
     together = phi[4] @ K @ np.concatenate([z[0], z2[0]])
-    np.testing.assert_allclose(found, together, atol=1e-9)  # 4e-13
+    np.testing.assert_allclose(found, together, atol=1e-9)  # 4e-16
     assert not np.allclose(frozen, start.covariance)
 
 
@@ -251,7 +253,7 @@ def test_imu_measures_the_middle_of_the_period():
                  - world_velocity(VEHICLE.at(t - T / 2 - h))) / (2 * h)  # fmt: skip
         force = middle.rotation.T @ (exact[:3] + np.array([0, 0, 9.81]))
         np.testing.assert_allclose(found - bias, np.concatenate([force, middle.velocity[3:]]),
-                                   atol=1e-4)  # fmt: skip  # 4e-5
+                                   atol=1e-4)  # fmt: skip  # 4e-6
 
 
 def test_sensor_noise_has_the_claimed_size(rng):
@@ -400,9 +402,9 @@ def test_filters_are_consistent(flights):
     for size, nees in zip((15, 18), zip(*values, strict=True), strict=True):
         mean = np.mean(nees, axis=1)
         low, high = chi_square_bounds(size, 50, 0.9999)
-        assert np.all((low < mean) & (mean < high))  # 13.6 to 16.9 of 15; 16.7 to 19.9 of 18
+        assert np.all((low < mean) & (mean < high))  # 13.7 to 16.7 of 15; 16.9 to 19.9 of 18
         low, high = chi_square_bounds(size, 50, 0.95)
-        assert low < np.mean(mean) < high  # 14.9; 18.1
+        assert low < np.mean(mean) < high  # 15.0; 18.2
 
 
 def test_innovations_are_consistent(flights):
@@ -411,7 +413,7 @@ def test_innovations_are_consistent(flights):
     for aid, size in enumerate((3, 1, 1, 3, 6)):
         values = nis[:, :, aid][~np.isnan(nis[:, :, aid])]
         low, high = chi_square_bounds(size, len(values), 0.999)
-        # Camera and USBL noise is evaluated at the estimate: mean NIS 3 % off.
+        # Camera and USBL noise is evaluated at the estimate: mean NIS up to 3 % off.
         assert 0.95 * low < values.mean() < 1.05 * high
     assert refused.sum() <= 3
 
@@ -420,8 +422,8 @@ def test_a_relative_sensor_gives_the_relative_pose_better_than_the_absolute_one(
     true, dock, known = flights[-1]
     absolute = known.vehicle.position - true.position
     relative = known.carrier.position - known.vehicle.position - dock.position + true.position
-    assert np.sqrt(np.mean(absolute[:, :2] ** 2)) > 0.2  # 0.31 m, satellite bias 0.5 m
-    assert np.sqrt(np.mean(relative**2)) < 0.1  # 0.07 m
+    assert np.sqrt(np.mean(absolute[:, :2] ** 2)) > 0.2  # 0.32 m, satellite bias 0.5 m
+    assert np.sqrt(np.mean(relative**2)) < 0.1  # 0.06 m
 
 
 def test_biases_are_observed_when_the_vehicle_moves_and_the_level_ones_hide_when_it_does_not():
@@ -433,10 +435,10 @@ def test_biases_are_observed_when_the_vehicle_moves_and_the_level_ones_hide_when
     prior = np.array([0.02] * 3 + [5e-4] * 3)
     moving, still_ = deviations["moving"] / prior, deviations["still"] / prior
     # Tilt and level accelerometer bias look alike to a body that stays level.
-    assert np.all(still_[:2] > 0.95)  # 0.99
-    assert np.all(moving[:2] < still_[:2] - 0.01)  # 0.94
-    assert moving[2] < 0.8 and still_[2] < 0.8
-    assert np.all(moving[3:5] < 1.0)
+    assert np.all(still_[:2] > 0.95)  # 0.98
+    assert np.all(moving[:2] < still_[:2] - 0.1)  # 0.79, 0.83
+    assert moving[2] < 0.4 and still_[2] < 0.4  # 0.26, 0.24
+    assert np.all(moving[3:5] < 0.7)  # 0.53, 0.54
 
 
 def test_an_outlier_is_refused(flights):

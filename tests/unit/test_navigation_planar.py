@@ -55,11 +55,11 @@ def test_noise_is_the_same_alone_in_a_batch_and_in_any_order():
 
 def test_noise_is_standard_normal_and_independent():
     x = np.array([NoiseStream(np.arange(200), 6).rows(k) for k in range(100)])  # 120,000 numbers
-    assert stats.kstest(x.ravel(), "norm").pvalue > 0.01  # 0.32
-    assert abs(x.mean()) < 4 / np.sqrt(x.size)  # -0.0007
-    assert abs(x.var() - 1) < 4 * np.sqrt(2 / x.size)  # 0.0005
+    assert stats.kstest(x.ravel(), "norm").pvalue > 0.01  # 0.31
+    assert abs(x.mean()) < 4 / np.sqrt(x.size)  # -0.0054 of 0.0115
+    assert abs(x.var() - 1) < 4 * np.sqrt(2 / x.size)  # 0.0056 of 0.0163
     u = np.array([NoiseStream(np.arange(200), 6).uniform(k) for k in range(100)])
-    assert stats.kstest(u.ravel(), "uniform").pvalue > 0.01
+    assert stats.kstest(u.ravel(), "uniform").pvalue > 0.01  # 0.06
     other = np.array([NoiseStream(np.arange(200), 6, 1).rows(k) for k in range(100)])
     pairs = [
         (x, other),
@@ -89,7 +89,7 @@ def test_kalman_update_is_the_textbook_one(problem):
         joseph = np.eye(9) - K @ H[i]
         np.testing.assert_allclose(dx[i], K @ r[i], rtol=1e-11)
         expected = joseph @ P[i] @ joseph.T + K @ R[i] @ K.T
-        np.testing.assert_allclose(posterior[i], expected, atol=1e-12)  # 4e-14
+        np.testing.assert_allclose(posterior[i], expected, atol=1e-12)  # 4e-15
         np.testing.assert_allclose(nis[i], r[i] @ np.linalg.solve(S, r[i]), rtol=1e-12)
         for alone, together in zip(kalman_update(P[i], H[i], r[i], R[i]), (dx, posterior, nis),
                                    strict=True):  # fmt: skip
@@ -123,7 +123,7 @@ def test_steady_state_solves_the_riccati_equation():
     exact = solve_discrete_are(
         F.T, np.eye(6), np.diag(kalman.noise), np.diag(np.square(kalman.fix))
     )
-    np.testing.assert_allclose(prior, exact, rtol=1e-8, atol=1e-16)  # 4e-11
+    np.testing.assert_allclose(prior, exact, rtol=1e-8, atol=1e-16)  # 1e-10
 
 
 @pytest.mark.parametrize("period", STEADY)
@@ -155,8 +155,8 @@ def test_filter_of_a_turned_body_is_an_independent_one(rng):
             K = C @ np.linalg.inv(C + R)
             x, C = x + K @ (z - x), C - K @ C
             mean, P, _ = kalman.correct(mean, P, z)
-    np.testing.assert_allclose(mean, x, atol=1e-12)  # 2e-15
-    np.testing.assert_allclose(P, C, atol=1e-13)  # 2e-16
+    np.testing.assert_allclose(mean, x, atol=1e-12)  # 3e-16
+    np.testing.assert_allclose(P, C, atol=1e-13)  # 1e-17
 
 
 def test_scenarios_are_those_of_table_8_6():
@@ -213,7 +213,7 @@ def test_planar_navigation_without_noise_follows_the_truth_in_any_plane():
         for body, found in ((true, known.vehicle), (dock, known.carrier)):
             np.testing.assert_allclose(found.position, body.position, atol=1e-7)
             np.testing.assert_allclose(found.quaternion, body.quaternion, atol=1e-7)
-            np.testing.assert_allclose(found.velocity, body.velocity, atol=1e-7)
+            np.testing.assert_allclose(found.velocity, body.velocity, atol=1e-7)  # 3e-9
 
 
 def test_planar_navigation_is_as_good_as_it_believes():
@@ -227,7 +227,7 @@ def test_planar_navigation_is_as_good_as_it_believes():
     # The start is forgotten with a time constant of 5 s. Expected: digest 5.3, r.m.s. over a
     # cycle at t_z = 0.1 s; our looks are at the fixes, where q is exact.
     expected = [0.057, 0.057, 0.0129, 0.0129, 0.0129]
-    np.testing.assert_allclose(rmse[:, :5], [expected, expected], rtol=0.15)  # 5 %
+    np.testing.assert_allclose(rmse[:, :5], [expected, expected], rtol=0.15)  # 6 %
     # Table 8.8 says 0.068 to 0.11 m for one run.
     assert rmse[:, :2].max() < 0.11
 
