@@ -117,6 +117,7 @@ class DockingPilot:
         carrier: RigidState,
         latched: Array,
         offset: Array | float = 0.0,
+        carrier_acceleration: Array | None = None,
     ) -> tuple[Array, GuidanceCommand, PilotState]:
         """Wrench (..., 6) FLU at the vehicle's origin, the guidance command, the next state.
 
@@ -126,12 +127,16 @@ class DockingPilot:
             carrier: measured state of the body that carries the dock.
             latched: (...,) bool; thrust is off from then on.
             offset: (..., 3) shift of the goal, carrier axes FLU, m.
+            carrier_acceleration: (..., 6) measured acceleration of the carrier, world axes NWU;
+                None: from its velocity.
         """
         aperture, seat = self.frames.states(carrier, offset)
         command, guidance = self.guidance.update(
             state.guidance, vehicle, carrier, aperture, seat, latched, self.period
         )
-        acceleration, motion = self.accelerometer.update(state.motion, carrier)
+        acceleration, motion = self.accelerometer.update(
+            state.motion, carrier, carrier_acceleration
+        )
         wrench, control = self.controller.update(
             state.control,
             vehicle,

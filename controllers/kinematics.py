@@ -109,6 +109,12 @@ def body_acceleration(body: RigidState, acceleration: Array | float) -> Array:
     return np.concatenate([linear, unrotate(body.rotation, acceleration[..., 3:])], axis=-1)
 
 
+def world_velocity(body: RigidState) -> Array:
+    """Velocity (..., 6) of the origin and of the rotation, world axes NWU, m/s, rad/s."""
+    spin = rotate(body.rotation, body.velocity[..., 3:])
+    return np.concatenate([body.linear_velocity, spin], axis=-1)
+
+
 @dataclass(frozen=True)
 class AccelerationState:
     """Memory of an `Accelerometer`.
@@ -140,11 +146,19 @@ class Accelerometer:
         """State before the first update, for a leading shape."""
         return AccelerationState(np.full((*shape, 6), np.nan), np.zeros((*shape, 6)))
 
-    def update(self, state: AccelerationState, body: RigidState) -> tuple[Array, AccelerationState]:
-        """Acceleration (..., 6) of origin and rotation, world axes NWU, and the next state."""
-        spin = rotate(body.rotation, body.velocity[..., 3:])
-        velocity = np.concatenate([body.linear_velocity, spin], axis=-1)
+    def update(
+        self, state: AccelerationState, body: RigidState, measured: Array | None = None
+    ) -> tuple[Array, AccelerationState]:
+        """Acceleration (..., 6) of origin and rotation, world axes NWU, and the next state.
+
+        Args:
+            state: state after the previous update.
+            body: the body.
+            measured: (..., 6) acceleration to use instead of the difference of velocities.
+        """
+        velocity = world_velocity(body)
         raw = np.where(np.isnan(state.velocity), 0.0, (velocity - state.velocity) / self.period)
+        raw = raw if measured is None else measured
         rest = raw - state.filtered
         filtered = state.filtered - np.expm1(-self.period / self.smoothing) * rest
         ahead = filtered + self.lead / self.smoothing * (raw - filtered)

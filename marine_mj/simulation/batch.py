@@ -338,6 +338,7 @@ class _Episode:
         self._qpos, self._qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
         self._time, self._ctrl = self._batch.bind("time"), self._batch.bind("ctrl")
         self._closed = self._batch.bind("eq_active")
+        self._seeds = np.zeros(len(self._models), dtype=np.uint64)
         self._readers = [BodyReader.of(first, body) for body in main_bodies(first).values()]
         self._record = list(record)
         self._known = {**COMMON, **self._missions[0].signal_specs}
@@ -359,6 +360,7 @@ class _Episode:
             mujoco.mj_forward(model, data)
             random = np.random.RandomState(scenario.seed)
             self._missions[i].place(scenario, model, data, random)
+            self._seeds[i] = self._missions[i].noise_seed(random)
             mujoco.mj_forward(model, data)
             model.opt.disableflags = flags
             mujoco.mj_getState(model, data, self._batch.state[i], spec)
@@ -371,7 +373,7 @@ class _Episode:
         self._start = self._time.copy()
         ids: Ids = np.arange(len(self._models))
         mission = self._mission(ids)
-        state = mission.initial(self._start, ids.shape)
+        state = mission.initial(self._start, ids.shape, self._seeds)
         self._on = _Running(ids, mission, state, self._latched(mission, ids))
         view = self._view()
         self._sample(view)

@@ -8,7 +8,7 @@ import dm_env
 import mujoco
 import numpy as np
 from dm_control.suite import base
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from marine_mj.frames import Array
 from marine_mj.scenario import Scenario
@@ -63,9 +63,15 @@ class Mission(ABC):
     ) -> None:
         """Write the start of one simulation into `data`, which has just been reset."""
 
+    def noise_seed(self, random: np.random.RandomState) -> int:
+        """Seed of a run's noise, drawn after `place`; 0 (nothing drawn) for a task without."""
+        return 0
+
     @abstractmethod
-    def initial(self, time: Array | float, shape: tuple[int, ...] = ()) -> Any:
-        """State at the start, at `time` (...,) s, for a leading shape."""
+    def initial(
+        self, time: Array | float, shape: tuple[int, ...] = (), seeds: ArrayLike = 0
+    ) -> Any:
+        """State at the start, at `time` (...,) s, for a leading shape and noise seeds (...,)."""
 
     @abstractmethod
     def view(self, qpos: Array, qvel: Array) -> Any:

@@ -62,7 +62,8 @@ class Docking(MarineTask):
         if self._mission is None:
             self._mission = _mission(self.scenario, self.settings, physics)
         self.mission.place(self.scenario, physics.model.ptr, physics.data.ptr, self.random)
-        self._state = self.mission.initial(physics.data.time)
+        seed = self.mission.noise_seed(self.random)
+        self._state = self.mission.initial(physics.data.time, (), seed)
 
     def action_spec(self, physics: DockingPhysics) -> Any:
         """Goal shift (3,), nothing (0,), or one command per actuator, all in [-1, 1]."""

@@ -9,6 +9,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 
 from marine_mj import frames, hydrodynamics
 from marine_mj.controllers import (
@@ -26,12 +27,14 @@ from marine_mj.controllers import (
     VehicleModel,
     cpv_gain_set,
 )
+from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array
 from marine_mj.scenario import Scenario
 from marine_mj.scene import main_bodies, start_pose
 from marine_mj.tasks.base import Flags, Mission, Signal, from_unit
 from marine_mj.tasks.contact_log import ContactLog
 from marine_mj.tasks.docking_geometry import DockingGeometry, DockingView
+from marine_mj.tasks.docking_navigation import DockingNavigation, NavigationState
 from marine_mj.tasks.docking_physics import DockingPhysics
 from marine_mj.tasks.docking_settings import DockingSettings
 from marine_mj.tasks.reader import BodyReader
@@ -57,6 +60,7 @@ class DockingState:
 
     Attributes:
         pilot: of guidance and controller.
+        navigation: of what they know.
         latch: of the latch's monitor.
         wrench: (..., 6) wrench the actuators were asked for, FLU.
         target: (..., 3) position the controller steers to, NWU, m.
@@ -69,6 +73,7 @@ class DockingState:
     """
 
     pilot: PilotState
+    navigation: NavigationState
     latch: LatchState
     wrench: Array
     target: Array
@@ -89,6 +94,7 @@ class DockingMission(Mission):
         closed_loop: guidance and controller steer; otherwise the action is the raw command.
         geometry: who docks where.
         pilot: guidance and controller.
+        navigation: what they know of vehicle and carrier; judgement knows the truth.
         allocator: from wrenches to the vehicle's actuators.
         actuators: (m,) their ids.
         nu: number of actuators of the scene.
@@ -103,6 +109,7 @@ class DockingMission(Mission):
     closed_loop: bool
     geometry: DockingGeometry
     pilot: DockingPilot
+    navigation: DockingNavigation = field(metadata={"stack": "same"})
     allocator: Allocator = field(metadata={"stack": "same"})
     actuators: Array
     nu: int
@@ -123,6 +130,7 @@ class DockingMission(Mission):
         "phase": Signal((), "1", "", "0 approach 1 under 2 wait 3 enter 4 contact 5 latched"),
         "latched": Signal((), "1", "", "1 when the latch is closed"),
         "contact_force": Signal((), "N", "", "largest sum of normal forces in the control period"),
+        **DockingNavigation.signal_specs,
     }
 
     @classmethod
@@ -148,6 +156,7 @@ class DockingMission(Mission):
                 period,
                 DockingGuidance(replace(settings.plan.plan(), axis=physics.geometry.axis)),
             ),
+            navigation=_navigation(scenario, settings, physics),
             allocator=replace(
                 physics.allocator(physics.vehicle), axis_weight=np.array(_AXIS_WEIGHT)
             ),
@@ -191,11 +200,18 @@ class DockingMission(Mission):
             BodyReader.of(model, body).write(data.qpos, data.qvel, state)
         hydrodynamics.start_in_waves(model, data)
 
-    def initial(self, time: Array | float, shape: tuple[int, ...] = ()) -> DockingState:
-        """State at the start, at `time` (...,) s, for a leading shape."""
+    def noise_seed(self, random: np.random.RandomState) -> int:
+        """Seed of a run's noise, drawn after `place`; 0 (nothing drawn) without noise."""
+        return 0 if self.navigation.perfect else int(random.randint(2**63 - 1, dtype=np.int64))
+
+    def initial(
+        self, time: Array | float, shape: tuple[int, ...] = (), seeds: ArrayLike = 0
+    ) -> DockingState:
+        """State at the start, at `time` (...,) s, for a leading shape and noise seeds (...,)."""
         start = np.broadcast_to(np.asarray(time, dtype=float), shape).copy()
         return DockingState(
             pilot=self.pilot.initial(shape),
+            navigation=self.navigation.initial(shape, seeds),
             latch=self.latch.initial(shape),
             wrench=np.zeros((*shape, 6)),
             target=np.zeros((*shape, 3)),
@@ -240,12 +256,19 @@ class DockingMission(Mission):
         offset: Array | float = 0.0
         if action is not None and np.shape(action)[-1]:
             offset = self.goal_offset * np.asarray(action, dtype=float)
+        known, navigation = self.navigation.look(state.navigation, view)
         wrench, order, pilot = self.pilot.update(
-            state.pilot, view.vehicle, view.carrier, latched, offset
+            state.pilot, known.vehicle, known.carrier, latched, offset, known.carrier_acceleration
         )
         commands[..., self.actuators], given = self.allocator.allocate(wrench)
         pilot = self.pilot.applied(pilot, given)
-        return commands, replace(state, pilot=pilot, wrench=given, target=order.target.position)
+        return commands, replace(
+            state,
+            pilot=pilot,
+            navigation=navigation,
+            wrench=given,
+            target=order.target.position,
+        )
 
     def observe(
         self,
@@ -322,6 +345,7 @@ class DockingMission(Mission):
             "phase": phase if self.closed_loop else np.full_like(phase, np.nan),
             "latched": np.asarray(latched, dtype=float),
             "contact_force": state.contact.force,
+            **self.navigation.signals(state.navigation),
         }
 
     def summary(self, scenario: Scenario, state: DockingState, latched: bool) -> dict[str, Any]:
@@ -350,7 +374,30 @@ class DockingMission(Mission):
             "attempts": int(state.entries),
             "controller": self.settings.controller if self.closed_loop else None,
             "gains": self.settings.gain_set if self.closed_loop else None,
+            "navigation": self.settings.navigation.kind if self.closed_loop else None,
+            "navigation_rmse": self.navigation.rmse(state.navigation),
         }
+
+
+def _navigation(
+    scenario: Scenario, settings: DockingSettings, physics: DockingPhysics
+) -> DockingNavigation:
+    """The navigation that the settings ask for.
+
+    Raises:
+        ScenarioError: planar navigation of a vehicle that is not planar.
+    """
+    if settings.navigation.kind == "thesis" and not scenario.vehicles[physics.vehicle].planar:
+        raise ScenarioError(
+            f'navigation kind = "thesis" knows the vertical plane only: set planar = true for '
+            f'vehicle {physics.vehicle!r}, or kind = "inertial"'
+        )
+    navigator = settings.navigation.navigator(
+        scenario.control_period,
+        float(-physics.model.opt.gravity[2]),
+        physics.dock_frames.seat,
+    )
+    return DockingNavigation(navigator, scenario.control_period)
 
 
 def _controller(

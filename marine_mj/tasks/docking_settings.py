@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from marine_mj.controllers import CPV_GAINS, GAINS, DockingPlan, Latch
 from marine_mj.settings import Settings
+from marine_mj.tasks.navigation_settings import NavigationSettings
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -76,6 +77,7 @@ class DockingSettings(Settings):
         error_limit: longest position error that `pose_pid` sees, m; left out: no limit.
         plan: waypoints and contact phase.
         latch: when the latch closes.
+        navigation: what guidance and controller know of the vehicles.
         goal_offset: largest shift of the goal by the action of the closed-loop task, m;
             0 makes the action empty.
         hold: time the episode goes on after the latch has closed, s.
@@ -92,6 +94,7 @@ class DockingSettings(Settings):
     error_limit: Positive | None = None
     plan: PlanSettings = PlanSettings()
     latch: LatchSettings = LatchSettings()
+    navigation: NavigationSettings = NavigationSettings()
     goal_offset: NotNegative = 0.0
     hold: NotNegative = 0.0
     end_at_capture: bool = False

@@ -13,6 +13,7 @@ from marine_mj.validation import (
     drift,
     estimates,
     geometry,
+    navigation,
     panels,
     physics,
     radiation,
@@ -35,6 +36,7 @@ CASES: dict[str, tuple[Callable[[], Iterable[Row]], ...]] = {
     "Coefficient estimates": estimates.CASES,
     "Hydrodynamics from geometry": geometry.CASES,
     "Statistics": analysis.CASES,
+    "Navigation": navigation.CASES,
 }
 
 

@@ -78,6 +78,12 @@ def test_threads_and_grouping_do_not_change_a_bit(docking, monkeypatch):
         {"task.settings.random_start_time": True, "task.settings.start_spread": 0.3},
         {"vehicles.usv.motion": "rao", "vehicles.auv.planar": True, "sea.spreading": None},
         {"integrator": "RK4"},
+        {"task.settings.navigation": {"kind": "inertial", "usbl": {"period": 0.2, "delay": 0.1}}},
+        {
+            "task.settings.navigation": {"kind": "thesis", "fix_period": 0.05},
+            "vehicles.auv.planar": True,
+            "sea.spreading": None,
+        },
     ],
 )
 def test_every_controller_and_mode_gives_the_same_bits(changes):
@@ -119,6 +125,21 @@ def test_a_run_that_diverges_is_a_row_and_the_others_go_on():
     np.testing.assert_array_equal(
         result.signals["qpos"][2], run(base.with_values({"seed": 3})).data["qpos"]
     )
+
+
+def test_noise_does_not_care_which_runs_have_ended():
+    base = SHORT.with_values({"duration": 0.4, "task.settings.navigation": {"kind": "inertial"}})
+    explosive = {"seed": 2, "vehicles.auv.velocity_frd": [1e12, 0, 0, 0, 0, 0]}
+    names = ("qpos", "estimated_eta_ned", "navigation_error", "relative_navigation_error")
+    result = run_batch(base, [explosive, {"seed": 3}, {"seed": 4}], record=names)
+    assert result.rows[0]["simulated_time"] < 0.4
+    for number, seed in ((1, 3), (2, 4)):
+        log = run(base.with_values({"seed": seed}))
+        assert without_time(result.rows[number]) == row_of(log)
+        for name in names:
+            np.testing.assert_array_equal(log.data[name], result.signals[name][number])
+    first, second = (row["navigation_rmse"]["vehicle"]["position"] for row in result.rows[1:])
+    assert 0.05 < first != second
 
 
 def test_a_run_that_cannot_start_is_a_row():
