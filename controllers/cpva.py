@@ -145,8 +145,12 @@ class Cpva:
 
     def initial(self, shape: tuple[int, ...] = ()) -> CpvaState:
         """State before the first update, for a leading shape."""
-        stages = (stage.initial(shape) for stage in (self.pose, self.velocity, self.acceleration))
-        return CpvaState(*stages, np.full((*shape, 6), np.nan))
+        return CpvaState(
+            self.pose.initial(shape),
+            self.velocity.initial(shape),
+            self.acceleration.initial(shape),
+            np.full((*shape, 6), np.nan),
+        )
 
     def applied(self, state: CpvaState, wrench: Array) -> CpvaState:
         """The same state: what the thrusters gave is seen in the acceleration."""

@@ -210,3 +210,46 @@ def _screw(velocity: Array, t: Array) -> tuple[Array, Array]:
     spin = np.broadcast_to(velocity[..., 3:], turn.shape)
     later = np.concatenate([v + sine * once + first * twice, spin], axis=-1)
     return np.concatenate([shift, turn], axis=-1), later
+
+
+@dataclass(frozen=True)
+class PredictionState:
+    """Memory of a `Prediction`: of the predictors of vehicle and carrier."""
+
+    vehicle: Any
+    carrier: Any
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Where vehicle and carrier are taken to be when a controller acts (docking digest 6.7).
+
+    Attributes:
+        time: how far ahead, s.
+        vehicle, carrier: predictors; None: the present state is used.
+    """
+
+    time: float
+    vehicle: Predictor | None = None
+    carrier: Predictor | None = None
+
+    def initial(self, shape: tuple[int, ...] = ()) -> PredictionState:
+        """State before the first sample, for a leading shape."""
+        return PredictionState(
+            None if self.vehicle is None else self.vehicle.initial(shape),
+            None if self.carrier is None else self.carrier.initial(shape),
+        )
+
+    def update(
+        self, state: PredictionState, vehicle: RigidState, carrier: RigidState
+    ) -> tuple[RigidState, RigidState, PredictionState]:
+        """Predicted vehicle, predicted carrier, and the next state."""
+        ours, theirs = state.vehicle, state.carrier
+        body, dock = vehicle, carrier
+        if self.vehicle is not None:
+            ours = self.vehicle.update(ours, vehicle)
+            body = self.vehicle.ahead(ours, vehicle, self.time)
+        if self.carrier is not None:
+            theirs = self.carrier.update(theirs, carrier)
+            dock = self.carrier.ahead(theirs, carrier, self.time)
+        return body, dock, PredictionState(ours, theirs)
