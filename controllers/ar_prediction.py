@@ -8,11 +8,11 @@ of p/2 sine waves is such a process exactly. Between strides the last forecast i
 Hermite interpolation and shifted onto the present state.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from marine_mj.controllers.kinematics import RigidState
-from marine_mj.controllers.prediction import displaced, world_velocity
+from marine_mj.controllers.prediction import SAME, displaced, world_velocity
 from numba import guvectorize
 
 from marine_mj import frames
@@ -62,9 +62,9 @@ class ArPredictor:
 
     period: float
     order: int = 6
-    stride: float = 0.2
-    memory: float = 60.0
-    horizon: float = 2.0
+    stride: float = field(default=0.2, metadata=SAME)
+    memory: float = field(default=60.0, metadata=SAME)
+    horizon: float = field(default=2.0, metadata=SAME)
 
     def __post_init__(self) -> None:
         """Raise ScenarioError for an order or times that cannot be."""

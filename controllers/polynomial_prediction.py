@@ -1,10 +1,10 @@
 """Polynomial prediction (docking digest 6.7): a line or parabola through the last samples."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from marine_mj.controllers.kinematics import RigidState
-from marine_mj.controllers.prediction import displaced, turn_quaternion, world_velocity
+from marine_mj.controllers.prediction import SAME, displaced, turn_quaternion, world_velocity
 
 from marine_mj import frames
 from marine_mj.errors import ScenarioError
@@ -41,7 +41,7 @@ class PolynomialPredictor:
 
     period: float
     order: int = 1
-    t_past: float = 0.03
+    t_past: float = field(default=0.03, metadata=SAME)
 
     def __post_init__(self) -> None:
         """Raise ScenarioError for an order that is not 1 or 2, or too few samples for it."""

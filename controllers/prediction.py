@@ -5,7 +5,7 @@ A predictor is fed the state of a body once per control period and gives its sta
 next seconds is taken as one rotation vector: exact about a fixed axis, else to second order.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
 import numpy as np
@@ -15,6 +15,8 @@ from marine_mj import frames
 from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array, cross
 
+#: Of fields that shape the memory of a predictor: they cannot differ within one batch.
+SAME = {"stack": "same"}
 # Limits of a plausible wave frequency, rad/s, and the one to assume before anything moved.
 _SLOWEST, _FASTEST, _USUAL = 0.2, 4.0, 1.2
 
@@ -112,9 +114,9 @@ class KinematicPredictor:
     period: float
     future: Literal["zero", "constant", "harmonic"] = "zero"
     turning: bool = False
-    smoothing: float = 0.0
-    stride: float = 0.2
-    memory: float = 20.0
+    smoothing: float = field(default=0.0, metadata=SAME)
+    stride: float = field(default=0.2, metadata=SAME)
+    memory: float = field(default=20.0, metadata=SAME)
 
     def __post_init__(self) -> None:
         """Raise ScenarioError for an unknown assumption or a time that cannot be."""

@@ -1,5 +1,7 @@
 """Autopilots of the docking task: controllers, predictors and guidance that settings ask for."""
 
+import numpy as np
+
 from marine_mj.controllers import (
     CPV_GAINS,
     LQR_WEIGHTS,
@@ -117,7 +119,8 @@ def _predictor(
     if settings.kind == "polynomial":
         return PolynomialPredictor(period, settings.order or 1, settings.t_past)
     if settings.kind == "ar":
-        return ArPredictor(period, settings.order or 6, horizon=horizon)
+        # Whole seconds, so that predictors with other times can share a batch.
+        return ArPredictor(period, settings.order or 6, horizon=max(2.0, float(np.ceil(horizon))))
     if settings.kind == "kinematic":
         return KinematicPredictor(period, "zero", turning)
     future = "harmonic" if settings.kind == "harmonic" else "constant"
