@@ -137,7 +137,7 @@ class MpcState:
     Attributes:
         cascade: of the cascade, with the observer.
         move: (..., 6) wrench beyond the hydrostatics that is held, FLU.
-        planned: (..., 8 moves x 6) the whole plan as shares of the wrench limits.
+        planned: (..., 6 moves) the whole plan as shares of the wrench limits.
         fallback: (...,) bool: there is no plan, the cascade steers.
         failures: (...,) how many plans failed so far.
         count: (...,) updates so far.
@@ -207,13 +207,13 @@ class Mpc:
     @property
     def times(self) -> Array:
         """Instants (N,) of the horizon after the present, s."""
-        return self.settings.step * np.arange(1, self.settings.steps + 1)
+        return self.settings.step * np.arange(1.0, self.settings.steps + 1, dtype=np.float64)
 
     @property
     def scale(self) -> Array:
         """Wrench (..., 6) of a move of 1."""
         limits = self.cascade.velocity.limits
-        return (0.5 * (limits.high - limits.low)).astype(np.float64)
+        return 0.5 * (limits.high - limits.low)
 
     @property
     def _every(self) -> int:

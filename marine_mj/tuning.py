@@ -1,7 +1,7 @@
 """Brute-force tuning of the docking pose PID (docking digest 6.2 and 7.1).
 
-Every gain triple of a grid is flown in the tuning scenario, the same triple on all axes at once: the
-axes are nearly independent, so each axis picks its own best triple of the same runs.
+Every gain triple of a grid is flown in the tuning scenario, the same triple on all axes at once:
+the axes are nearly independent, so each axis picks its own best triple of the same runs.
 """
 
 import csv

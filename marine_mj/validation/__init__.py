@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from marine_mj.validation import analysis, estimates, physics, vehicles, waves
+from marine_mj.validation import analysis, control, estimates, physics, vehicles, waves
 from marine_mj.validation.rows import Row
 
 __all__ = ["CASES", "Row", "markdown", "run", "write"]
@@ -19,6 +19,7 @@ CASES: dict[str, tuple[Callable[[], Iterable[Row]], ...]] = {
     "Vehicles": vehicles.CASES,
     "Coefficient estimates": estimates.CASES,
     "Statistics": analysis.CASES,
+    "Docking controllers": control.CASES,
 }
 
 
