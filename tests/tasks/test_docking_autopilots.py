@@ -68,6 +68,15 @@ def test_stacked_predictions_are_those_of_each_run():
         np.testing.assert_array_equal(log.data["qpos"], result.signals["qpos"][number])
 
 
+def test_linearised_drag_of_the_scout():
+    """`2 D_Q |nu|` at 0.2 m/s and 0.15 rad/s, the strips summing to the published lumped drag."""
+    env = suite.load("docking", "dock", task_kwargs={"random": 0})
+    found = env.physics.damping("auv")
+    lumped = np.array([42.1, 502.4, 502.4, 1.0, 109.5, 109.5])
+    expected = np.diag(2 * lumped * np.repeat([0.2, 0.15], 3))
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
 @pytest.mark.parametrize("name", list(GAIN_SETS))
 def test_suite_task_with_each_controller(name):
     kwargs = {"random": 1, "controller": name, "gains": GAIN_SETS[name][0], "sea_state": 2}
@@ -116,7 +125,7 @@ def test_tuning_scenario_gives_the_table_of_the_reference():
     ]
     errors = tuning.station_errors("docking_tuning", [settings(s) for s in sets])
     sums = dict(zip(TABLE_79, errors.sum(axis=(1, 2)), strict=True))
-    # measured 1.68, 1.23, 1.23, 1.17: -18, -6, -10 and +5 %; tolerance of the digest (V31) 25 %
+    # measured 1.68, 1.23, 1.23, 1.18: -18, -6, -10 and +6 %; tolerance of the digest (V31) 25 %
     for name, published in TABLE_79.items():
         assert sums[name] == pytest.approx(published, rel=0.25)
     assert sums["cpva"] < min(sums["brute_force"], sums["cpv"]) < sums["manual"]
