@@ -309,7 +309,7 @@ def test_stacked_parameters_are_those_of_each_run(name):
 def test_updates_are_fast_enough():
     """500 vehicles: bars 2 ms (PID family) and 1 ms (predictors), tripled for a busy machine.
 
-    Measured 0.3 ms (cpva, lqr, sliding), 0.25 ms (harmonic), 0.25 ms (AR between strides), 5 ms a plan of one MPC.
+    Measured 0.3 ms (cpva, lqr, sliding), 0.25 ms (harmonic; AR between strides), 5 ms a plan.
     """
     n = 500
     rng = np.random.default_rng(0)
