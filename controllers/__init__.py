@@ -14,7 +14,8 @@ from marine_mj.controllers.kinematics import (
 )
 from marine_mj.controllers.latch import Latch, LatchState
 from marine_mj.controllers.lqr import LQR_WEIGHTS, Lqr, LqrState, LqrWeights
-from marine_mj.controllers.mpc import MPC_SETTINGS, Mpc, MpcSettings, MpcState, Preview
+from marine_mj.controllers.mpc import Mpc, MpcState, Preview
+from marine_mj.controllers.mpc_settings import MPC_SETTINGS, MpcSettings
 from marine_mj.controllers.observer import ObserverState, VehicleModel
 from marine_mj.controllers.pid import Limits, Pid, PidGains, PidState
 from marine_mj.controllers.polynomial_prediction import PolynomialPredictor
