@@ -1,7 +1,9 @@
 """Control, guidance and allocation: arrays in, arrays out; no MuJoCo here."""
 
 from marine_mj.controllers.allocation import Allocator
-from marine_mj.controllers.cpv import CPV_GAINS, Cpv, CpvGains, CpvState, VehicleModel, cpv_gain_set
+from marine_mj.controllers.ar_prediction import ArPredictor
+from marine_mj.controllers.cpv import CPV_GAINS, Cpv, CpvGains, CpvState, cpv_gain_set
+from marine_mj.controllers.cpva import CPVA_GAINS, Cpva, CpvaGains, CpvaState, cpva_gain_set
 from marine_mj.controllers.docking import DockFrames, DockingPilot, PilotState
 from marine_mj.controllers.kinematics import (
     Accelerometer,
@@ -11,37 +13,69 @@ from marine_mj.controllers.kinematics import (
     relative_velocity,
 )
 from marine_mj.controllers.latch import Latch, LatchState
+from marine_mj.controllers.lqr import LQR_WEIGHTS, Lqr, LqrState, LqrWeights
+from marine_mj.controllers.mpc import Mpc, MpcState, Preview
+from marine_mj.controllers.mpc_settings import MPC_SETTINGS, MpcSettings
+from marine_mj.controllers.observer import ObserverState, VehicleModel
 from marine_mj.controllers.pid import Limits, Pid, PidGains, PidState
+from marine_mj.controllers.polynomial_prediction import PolynomialPredictor
 from marine_mj.controllers.pose_pid import GAINS, Hydrostatics, PosePid, gain_set, limits_from_frd
+from marine_mj.controllers.prediction import KinematicPredictor, Prediction, Predictor
+from marine_mj.controllers.sliding import SLIDING_GAINS, SlidingGains, SlidingMode
+from marine_mj.controllers.station import StationGuidance
 from marine_mj.controllers.waypoints import DockingGuidance, DockingPlan, GuidanceState, Phase
 
 __all__ = [
+    "CPVA_GAINS",
     "CPV_GAINS",
     "GAINS",
+    "LQR_WEIGHTS",
+    "MPC_SETTINGS",
+    "SLIDING_GAINS",
     "Accelerometer",
     "Allocator",
+    "ArPredictor",
     "Cpv",
     "CpvGains",
     "CpvState",
+    "Cpva",
+    "CpvaGains",
+    "CpvaState",
     "DockFrames",
     "DockingGuidance",
     "DockingPilot",
     "DockingPlan",
     "GuidanceState",
     "Hydrostatics",
+    "KinematicPredictor",
     "Latch",
     "LatchState",
     "Limits",
+    "Lqr",
+    "LqrState",
+    "LqrWeights",
+    "Mpc",
+    "MpcSettings",
+    "MpcState",
+    "ObserverState",
     "Phase",
     "Pid",
     "PidGains",
     "PidState",
     "PilotState",
+    "PolynomialPredictor",
     "PosePid",
+    "Prediction",
+    "Predictor",
+    "Preview",
     "RigidState",
+    "SlidingGains",
+    "SlidingMode",
+    "StationGuidance",
     "VehicleModel",
     "acceleration_at",
     "cpv_gain_set",
+    "cpva_gain_set",
     "gain_set",
     "limits_from_frd",
     "pose_error",

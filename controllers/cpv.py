@@ -3,8 +3,7 @@
 The pose error gives a speed towards the target; a second loop holds that speed *relative to the
 target*, so the vehicle moves with a dock that heaves and pitches. Ours on top, when the wet inertia
 is known: feed-forward of the target's acceleration, and an observer of what else acts on the
-vehicle. The observer matters in waves: the water carries the vehicle about as it carries the dock,
-and feed-forward alone would push twice.
+vehicle (`observer.py`).
 
 Errors, velocities and wrenches are in body axes FLU at the body origin, [X, Y, Z, K, M, N].
 """
@@ -18,8 +17,8 @@ from marine_mj.controllers.kinematics import (
     body_acceleration,
     pose_error,
     relative_velocity,
-    unrotate,
 )
+from marine_mj.controllers.observer import ObserverState, VehicleModel, observe, steady_wrench
 from marine_mj.controllers.pid import Limits, Pid, PidGains, PidState
 from marine_mj.controllers.pose_pid import Hydrostatics
 
@@ -90,48 +89,18 @@ def cpv_gain_set(name: str) -> CpvGains:
 
 
 @dataclass(frozen=True)
-class VehicleModel:
-    """What the model-based extension knows of the vehicle.
-
-    Attributes:
-        inertia: (6, 6) rigid-body and added inertia about the body origin, FLU.
-        lag: time constant of the thrusters, s (0: none).
-        observer: time constant of the disturbance observer, s.
-        observer_limit: largest disturbance believed, as a share of the wrench limits.
-    """
-
-    inertia: Array
-    lag: float = 0.15
-    observer: float = 0.3
-    observer_limit: float = 1.0
-
-    def __post_init__(self) -> None:
-        """Raise ScenarioError for a time that cannot be."""
-        if not (np.all(np.asarray(self.lag) >= 0) and np.all(np.asarray(self.observer) > 0)):
-            raise ScenarioError(
-                f"thruster lag must be >= 0 s and observer > 0 s, got {self.lag}, {self.observer}"
-            )
-
-
-@dataclass(frozen=True)
 class CpvState:
     """Memory of the cascade.
 
     Attributes:
         pose: of the pose stage.
         velocity: of the velocity stage.
-        asked: (..., 6) wrench the thrusters were asked for at the last update, FLU.
-        thrust: (..., 6) wrench they give by now, FLU.
-        seen: (..., 6) velocity of the vehicle at the last update, FLU; NaN before the first one.
-        disturbance: (..., 6) what acts on the vehicle besides thrust and hydrostatics, FLU.
+        observer: of thrust and disturbance.
     """
 
     pose: PidState
     velocity: PidState
-    asked: Array
-    thrust: Array
-    seen: Array
-    disturbance: Array
+    observer: ObserverState
 
 
 @dataclass(frozen=True)
@@ -169,19 +138,13 @@ class Cpv:
 
     def initial(self, shape: tuple[int, ...] = ()) -> CpvState:
         """State before the first update, for a leading shape."""
-        zero = np.zeros((*shape, 6))
         return CpvState(
-            self.pose.initial(shape),
-            self.velocity.initial(shape),
-            asked=zero,
-            thrust=zero,
-            seen=np.full((*shape, 6), np.nan),
-            disturbance=zero,
+            self.pose.initial(shape), self.velocity.initial(shape), ObserverState.initial(shape)
         )
 
     def applied(self, state: CpvState, wrench: Array) -> CpvState:
         """State when the thrusters were asked for another wrench (..., 6) than `update` gave."""
-        return replace(state, asked=np.asarray(wrench, dtype=float))
+        return replace(state, observer=state.observer.asked_for(wrench))
 
     def update(
         self,
@@ -204,43 +167,14 @@ class Cpv:
             acceleration: (..., 6) acceleration of the target, world axes NWU; used with `model`.
             contact: (...,) bool: forces of contact act on the vehicle, the observer forgets.
         """
-        statics = np.zeros_like(body.velocity)
-        if self.hydrostatics is not None:
-            statics = self.hydrostatics.feed_forward(body.rotation)
-        push = np.broadcast_to(np.asarray(push, dtype=float), body.position.shape)
-        extra = np.concatenate([unrotate(body.rotation, push), np.zeros_like(push)], axis=-1)
-        feed_forward = statics + extra
-        thrust, disturbance = state.thrust, state.disturbance
+        statics, feed_forward = steady_wrench(self.hydrostatics, body, push)
+        observer = state.observer
         if self.model is not None:
-            thrust, disturbance = self._observe(self.model, state, body, statics, contact)
-            wanted = body_acceleration(body, acceleration)
-            feed_forward = feed_forward + frames.apply(self.model.inertia, wanted) - disturbance
+            limits, period = self.velocity.limits, self.velocity.period
+            observer = observe(self.model, limits, period, observer, body, statics, contact)
+            wanted = frames.apply(self.model.inertia, body_acceleration(body, acceleration))
+            feed_forward = feed_forward + wanted - observer.disturbance
         speed, pose = self.pose.update(state.pose, pose_error(target, body) * scale)
         slip = relative_velocity(body, target) * (np.asarray(scale) != 0)
         wrench, velocity = self.velocity.update(state.velocity, speed - slip, feed_forward)
-        following = CpvState(pose, velocity, wrench, thrust, body.velocity, disturbance)
-        return wrench, following
-
-    def _observe(
-        self,
-        model: VehicleModel,
-        state: CpvState,
-        body: RigidState,
-        statics: Array,
-        contact: Array | bool,
-    ) -> tuple[Array, Array]:
-        """Thrust (..., 6) by now, and the disturbance (..., 6) of the last period, low-passed."""
-        period = self.velocity.period
-        with np.errstate(divide="ignore"):
-            share = -np.expm1(-period / np.asarray(model.lag, dtype=float))[..., None]
-        thrust = state.thrust + share * (state.asked - state.thrust)
-        gained = np.where(np.isnan(state.seen), 0.0, (body.velocity - state.seen) / period)
-        # Hydrostatics push with minus what cancels them.
-        mean_thrust = 0.5 * (thrust + state.thrust)
-        found = frames.apply(model.inertia, gained) - mean_thrust + statics
-        found = np.where(np.isnan(state.seen), state.disturbance, found)
-        limits, most = self.velocity.limits, np.asarray(model.observer_limit)[..., None]
-        found = np.where(np.asarray(contact)[..., None], 0.0, found)
-        step = -np.expm1(-period / np.asarray(model.observer))[..., None]
-        disturbance = state.disturbance + step * (found - state.disturbance)
-        return thrust, np.clip(disturbance, most * limits.low, most * limits.high)
+        return wrench, CpvState(pose, velocity, observer.asked_for(wrench))

@@ -10,6 +10,9 @@ from marine_mj.controllers.kinematics import (
     RigidState,
     acceleration_at,
 )
+from marine_mj.controllers.mpc import Mpc, Preview
+from marine_mj.controllers.prediction import Prediction, Predictor
+from marine_mj.controllers.station import StationGuidance
 from marine_mj.controllers.waypoints import (
     DockingGuidance,
     GuidanceCommand,
@@ -47,7 +50,7 @@ class DockFrames:
 
 
 class Controller(Protocol):
-    """What the autopilot asks of a controller (`PosePid`, `Cpv`)."""
+    """What the autopilot asks of a controller (`PosePid`, `Cpv`, `Cpva`, `Lqr`, `SlidingMode`)."""
 
     def initial(self, shape: tuple[int, ...] = ()) -> Any:
         """State before the first update."""
@@ -75,6 +78,8 @@ class PilotState:
     guidance: GuidanceState
     control: Any
     motion: AccelerationState
+    prediction: Any = None
+    preview: Any = None
 
 
 @dataclass(frozen=True)
@@ -86,12 +91,18 @@ class DockingPilot:
         frames: dock geometry.
         guidance: waypoint manager.
         period: time between updates, s.
+        prediction: the controller acts on predicted states; None: on the present ones.
+        preview: predictor of the carrier for a controller that looks ahead (`Mpc`).
+        meter: how the acceleration of the carrier is found; None: smoothed, with a lead.
     """
 
     controller: Controller
     frames: DockFrames
     period: float
-    guidance: DockingGuidance = field(default_factory=DockingGuidance)
+    guidance: DockingGuidance | StationGuidance = field(default_factory=DockingGuidance)
+    prediction: Prediction | None = None
+    preview: Predictor | None = None
+    meter: Accelerometer | None = None
 
     def initial(self, shape: tuple[int, ...] = ()) -> PilotState:
         """State at the start of the approach, for a leading shape."""
@@ -99,12 +110,14 @@ class DockingPilot:
             self.guidance.initial(shape),
             self.controller.initial(shape),
             self.accelerometer.initial(shape),
+            None if self.prediction is None else self.prediction.initial(shape),
+            None if self.preview is None else self.preview.initial(shape),
         )
 
     @property
     def accelerometer(self) -> Accelerometer:
         """How the acceleration of the carrier is found."""
-        return Accelerometer(self.period)
+        return Accelerometer(self.period) if self.meter is None else self.meter
 
     def applied(self, state: PilotState, wrench: Array) -> PilotState:
         """State when the thrusters were asked for another wrench (..., 6) than `update` gave."""
@@ -137,14 +150,48 @@ class DockingPilot:
         acceleration, motion = self.accelerometer.update(
             state.motion, carrier, carrier_acceleration
         )
-        wrench, control = self.controller.update(
-            state.control,
-            vehicle,
-            command.target,
+        body, dock, target, prediction = vehicle, carrier, command.target, state.prediction
+        if self.prediction is not None:
+            body, dock, prediction = self.prediction.update(prediction, vehicle, carrier)
+            target = self.guidance.target(guidance, dock, *self.frames.states(dock, offset))
+        order = (
+            body,
+            target,
             command.scale,
             command.push,
-            command.follow * acceleration_at(carrier, acceleration, command.target.position),
+            command.follow * acceleration_at(dock, acceleration, target.position),
             guidance.phase == Phase.CONTACT,
         )
+        look = state.preview
+        if isinstance(self.controller, Mpc) and self.preview is not None:
+            look = self.preview.update(look, carrier)
+            future = self._preview(self.controller, state.control, guidance, look, carrier, offset)
+            wrench, control = self.controller.update(state.control, *order, future)
+        else:
+            wrench, control = self.controller.update(state.control, *order)
         off = (guidance.phase == Phase.LATCHED)[..., None]
-        return np.where(off, 0.0, wrench), command, PilotState(guidance, control, motion)
+        following = PilotState(guidance, control, motion, prediction, look)
+        return np.where(off, 0.0, wrench), command, following
+
+    def _preview(
+        self,
+        controller: Mpc,
+        control: Any,
+        guidance: GuidanceState,
+        look: Any,
+        carrier: RigidState,
+        offset: Array | float,
+    ) -> Preview | None:
+        """What comes over the horizon of a controller; None when it does not plan now."""
+        if self.preview is None or not controller.plans_now(control):
+            return None
+        times = controller.times.reshape(-1, *([1] * (carrier.position.ndim - 1)))
+        future = self.preview.ahead(look, carrier, times)
+        aperture, seat = self.frames.states(future, offset)
+        plan = self.guidance.plan
+        return Preview(
+            target=self.guidance.target(guidance, future, aperture, seat),
+            aperture=aperture,
+            corridor=np.minimum(plan.corridor, plan.aperture),
+            entering=guidance.phase == Phase.ENTER,
+        )

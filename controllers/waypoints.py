@@ -9,12 +9,13 @@ from enum import IntEnum
 
 import numpy as np
 from marine_mj.controllers.kinematics import RigidState, heading_quaternion, rotate, unrotate
+from numpy.typing import NDArray
 
 from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array
 
-# Opening of the corridor under the aperture (digest 6.8): half-angle 20 deg.
-_CORRIDOR_SLOPE = np.tan(np.deg2rad(20.0))
+#: Opening of the corridor under the aperture (digest 6.8): half-angle 20 deg.
+CORRIDOR_SLOPE = np.tan(np.deg2rad(20.0))
 # Axes of the aperture plane, by the axis of the entry.
 _ACROSS = {2: [0, 1], 0: [1, 2]}
 # Memory of the mean square of the dock's angular velocity, s: one and a half short waves.
@@ -216,7 +217,7 @@ class DockingGuidance:
         reached = reached < plan.acceptance
         advance = reached & (phase < Phase.WAIT)
         # Above the aperture plane the forks guide: no abort there.
-        open_ = np.asarray(plan.corridor) + _CORRIDOR_SLOPE * np.maximum(-height, 0.0)[..., None]
+        open_ = np.asarray(plan.corridor) + CORRIDOR_SLOPE * np.maximum(-height, 0.0)[..., None]
         outside = (height < 0) & np.any(np.abs(across) > open_, axis=-1)
         ready = reached & waiting & quiet & (speed < plan.wait_speed) & ~outside
         calm = np.where(ready, state.calm + period, 0.0)
@@ -243,10 +244,24 @@ class DockingGuidance:
         towards = _towards(plan, carrier)
         return self._command(following, quiet, entered, targets, towards), following
 
+    def target(
+        self, state: GuidanceState, carrier: RigidState, aperture: RigidState, seat: RigidState
+    ) -> RigidState:
+        """Target of the present phase for other states of the carrier, such as predicted ones.
+
+        Args:
+            state: state after `update`.
+            carrier, aperture, seat: as in `update`; may have more leading dimensions, in front.
+        """
+        allowed = self.plan.quiet_rate * (1.0 + np.floor(state.waited / self.plan.patience))
+        quiet = np.asarray(np.asarray(state.turning) < allowed**2)
+        targets = self._targets(state, quiet, carrier, aperture, seat)
+        return _pick(targets, np.broadcast_to(state.phase, carrier.position.shape[:-1]))
+
     def _targets(
         self,
         state: GuidanceState,
-        quiet: Array,
+        quiet: NDArray[np.bool_],
         carrier: RigidState,
         aperture: RigidState,
         seat: RigidState,
@@ -302,19 +317,13 @@ class DockingGuidance:
         towards: Array,
     ) -> GuidanceCommand:
         """Command of the phase each simulation is in."""
-        index = np.minimum(state.phase, len(targets) - 1)
-
-        def pick(name: str) -> Array:
-            values = np.stack([getattr(t, name) for t in targets], axis=-2)
-            return np.take_along_axis(values, index[..., None, None], axis=-2)[..., 0, :]
-
         contact = (state.phase == Phase.CONTACT)[..., None]
         away = (state.phase == Phase.WAIT) & np.logical_not(quiet) & (self.plan.retreat > 0)
         follow = _FOLLOW[np.minimum(state.phase, Phase.CONTACT)]
         push = np.asarray(self.plan.push)[..., None] * towards
         push = push + np.asarray(self.plan.lift)[..., None] * np.array([0.0, 0.0, 1.0])
         return GuidanceCommand(
-            target=RigidState(pick("position"), pick("quaternion"), pick("velocity")),
+            target=_pick(targets, state.phase),
             scale=np.where(contact, np.asarray(self.plan.contact_scale), 1.0),
             push=np.where(contact, push, 0.0),
             entered=entered,
@@ -328,6 +337,17 @@ def _towards(plan: DockingPlan, carrier: RigidState) -> Array:
         return np.array([0.0, 0.0, 1.0])
     c, s = np.cos(carrier.heading), np.sin(carrier.heading)
     return np.stack([c, s, np.zeros_like(c)], axis=-1)
+
+
+def _pick(targets: list[RigidState], phase: Array) -> RigidState:
+    """Of the targets by phase the one of the phase (...,) each simulation is in."""
+    index = np.minimum(phase, len(targets) - 1)
+
+    def pick(name: str) -> Array:
+        values = np.stack([getattr(t, name) for t in targets], axis=-2)
+        return np.take_along_axis(values, index[..., None, None], axis=-2)[..., 0, :]
+
+    return RigidState(pick("position"), pick("quaternion"), pick("velocity"))
 
 
 def _level_rotation(heading: Array) -> Array:

@@ -183,6 +183,55 @@ def validate_command(
     _rows([row.as_dict() for row in rows])
 
 
+@app.command("tune")
+def tune_command(
+    task: Annotated[str, typer.Argument(help="What is tuned: docking.")] = "docking",
+    scenario: Annotated[str, typer.Option(help="Scenario that keeps station.")] = "docking_tuning",
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder.")] = Path(
+        "results/tuning"
+    ),
+    threads: Annotated[int, typer.Option(help="Native threads.")] = 1,
+    thin: Annotated[int, typer.Option(help="Use every how many-th value of the grid.")] = 1,
+) -> None:
+    """Tune the docking pose PID by brute force; writes FOLDER/docking.csv and best.json."""
+    import numpy as np
+
+    from marine_mj import tuning
+    from marine_mj.demo import write_json
+
+    if task != "docking":
+        raise ScenarioError(f"cannot tune {task!r}; available: docking")
+    if thin < 1:
+        raise ScenarioError(f"--thin {thin}: allowed are whole numbers >= 1")
+    grid = [values[::thin] for values in (tuning.GRID_P, tuning.GRID_I, tuning.GRID_D)]
+    with _progress() as report:
+        result = tuning.tune_docking(
+            scenario,
+            *grid,
+            threads=threads,
+            progress=lambda done, total: report("tuning", done, total),
+        )
+    best = result.best()
+    values = tuning.gain_values(*(np.asarray(v) for v in (best.P, best.I, best.D)))
+    ours = {"task.settings.gains": None, "task.settings.gain_values": values}
+    sets = {"best": ours} | {
+        name: {"task.settings.gains": name} for name in ("manual", "brute_force")
+    }
+    controller = {"task.settings.controller": "pose_pid"}
+    changes = [controller | change for change in sets.values()]
+    errors = tuning.station_errors(scenario, changes)
+    rows = [
+        {"gains": name, **dict(zip(tuning.AXES, row.sum(axis=0).tolist(), strict=True)),
+         "sum": float(row.sum())}
+        for name, row in zip(sets, errors, strict=True)
+    ]  # fmt: skip
+    table = result.write(output / "docking.csv")
+    file = output / "best.json"
+    write_json(file, {"gain_values": values, "scores": rows})
+    _rows(rows)
+    console.print(f"wrote {table} and {file}")
+
+
 @app.command("new-vehicle")
 def new_vehicle_command(
     name: Annotated[str, typer.Argument(help="Name of the vehicle and of its folder.")],

@@ -6,8 +6,9 @@ by the same constant rotation by pi about x, `R_X = diag(1, -1, -1)`. Quaternion
 """
 
 import numpy as np
-from numba import guvectorize
 from numpy.typing import ArrayLike, NDArray
+
+from marine_mj.native_loops import native_loop
 
 Array = NDArray[np.float64]
 
@@ -21,7 +22,7 @@ FLIP6 = np.concatenate([FLIP3, FLIP3])
 # argument of some stands for the size of the result only.
 
 
-@guvectorize(["void(f8[:,:], f8[:], f8[:])"], "(n,m),(m)->(n)", cache=True)
+@native_loop("void(f8[:,:], f8[:], f8[:])", "(n,m),(m)->(n)")
 def _apply(matrix, vector, out):
     for i in range(matrix.shape[0]):
         total = 0.0
@@ -30,7 +31,7 @@ def _apply(matrix, vector, out):
         out[i] = total
 
 
-@guvectorize(["void(f8[:,:], f8[:], f8[:])"], "(n,m),(n)->(m)", cache=True)
+@native_loop("void(f8[:,:], f8[:], f8[:])", "(n,m),(n)->(m)")
 def _apply_transposed(matrix, vector, out):
     for j in range(matrix.shape[1]):
         total = 0.0
@@ -39,14 +40,14 @@ def _apply_transposed(matrix, vector, out):
         out[j] = total
 
 
-@guvectorize(["void(f8[:], f8[:], f8[:])"], "(n),(n)->(n)", cache=True)
+@native_loop("void(f8[:], f8[:], f8[:])", "(n),(n)->(n)")
 def _cross(a, b, out):
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
     out[2] = a[0] * b[1] - a[1] * b[0]
 
 
-@guvectorize(["void(f8[:], f8[:], f8[:])"], "(n),(n)->(n)", cache=True)
+@native_loop("void(f8[:], f8[:], f8[:])", "(n),(n)->(n)")
 def _multiply(a, b, out):
     out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
     out[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
@@ -54,7 +55,7 @@ def _multiply(a, b, out):
     out[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
 
 
-@guvectorize(["void(f8[:], f8[:], f8[:,:])"], "(n),(m)->(m,m)", cache=True)
+@native_loop("void(f8[:], f8[:], f8[:,:])", "(n),(m)->(m,m)")
 def _rotation(q, size, out):
     w, x, y, z = q[0], q[1], q[2], q[3]
     out[0, 0] = 1 - 2 * (y * y + z * z)
@@ -68,7 +69,7 @@ def _rotation(q, size, out):
     out[2, 2] = 1 - 2 * (x * x + y * y)
 
 
-@guvectorize(["void(f8[:], f8[:], f8[:])"], "(n),(m)->(m)", cache=True)
+@native_loop("void(f8[:], f8[:], f8[:])", "(n),(m)->(m)")
 def _rotation_vector(q, size, out):
     sign = -1.0 if q[0] < 0 else 1.0
     norm = np.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])

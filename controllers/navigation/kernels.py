@@ -4,21 +4,19 @@ Last arguments of some stand for the size of a result that is work space.
 """
 
 import numpy as np
-from numba import guvectorize, njit
+from numba import njit
 
 from marine_mj.frames import Array
+from marine_mj.native_loops import native_loop
 
 #: Error states of a rigid body: position, velocity, attitude, accelerometer and gyro bias.
 CORE = 15
 
 
-@guvectorize(
-    [
-        "void(f8[:,:], f8[:,:], f8[:], f8[:,:], f8, b1,"
-        " f8[:], f8[:,:], f8[:], f8[:], f8[:,:], f8[:,:])"
-    ],
+@native_loop(
+    "void(f8[:,:], f8[:,:], f8[:], f8[:,:], f8, b1,"
+    " f8[:], f8[:,:], f8[:], f8[:], f8[:,:], f8[:,:])",
     "(n,n),(m,n),(m),(m,m),(),()->(n),(n,n),(),(m),(m,m),(m,n)",
-    cache=True,
 )
 def _update(P, H, residual, R, gate, valid, dx, posterior, nis, white, L, W):
     n, m = P.shape[0], residual.shape[0]
@@ -111,10 +109,9 @@ def kalman_update(
     return dx, posterior, nis
 
 
-@guvectorize(
-    ["void(f8[:], f8[:,:], f8[:], f8, b1, f8[:], f8[:], f8[:,:])"],
+@native_loop(
+    "void(f8[:], f8[:,:], f8[:], f8, b1, f8[:], f8[:], f8[:,:])",
     "(n),(n,n),(a),(),(),(n)->(n),(n,n)",
-    cache=True,
 )
 def _planar(x, P, acceleration, T, turned, Q, mean, prior):
     s, c = 0.0, 1.0
@@ -202,13 +199,10 @@ def _mix(e, T, R, blocks, keep):
         e[i] *= keep[i]
 
 
-@guvectorize(
-    [
-        "void(f8[:], f8[:,:], f8[:], f8[:], f8, f8, f8[:], f8[:], f8[:], f8[:],"
-        " f8[:], f8[:,:], f8[:], f8[:])"
-    ],
+@native_loop(
+    "void(f8[:], f8[:,:], f8[:], f8[:], f8, f8, f8[:], f8[:], f8[:], f8[:],"
+    " f8[:], f8[:,:], f8[:], f8[:])",
     "(x),(n,n),(i),(i),(),(),(n),(n),(b),(r)->(x),(n,n),(b),(r)",
-    cache=True,
 )
 def _inertial(x, P, force, rate, T, gravity, keep, drive, _b, _r, mean, prior, blocks, R):
     n = P.shape[0]

@@ -8,10 +8,11 @@ order, so a stream need not be stored, copied or advanced.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import guvectorize, njit
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from marine_mj.frames import Array
+from marine_mj.native_loops import native_loop
 
 _MASK = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)
@@ -37,7 +38,7 @@ def philox(c0, c1, c2, c3, k0, k1):
     return c0, c1, c2, c3
 
 
-@guvectorize(["void(u8, u8, u8, f8[:], f8[:])"], "(),(),(),(w)->(w)", cache=True)
+@native_loop("void(u8, u8, u8, f8[:], f8[:])", "(),(),(),(w)->(w)")
 def _normals(seed, step, channel, _, out):
     for first in range(0, out.shape[0], 4):
         words = philox(
@@ -61,7 +62,7 @@ def _normals(seed, step, channel, _, out):
                 out[i + 1] = radius * np.sin(angle)
 
 
-@guvectorize(["void(u8, u8, u8, f8[:], f8[:])"], "(),(),(),(w)->(w)", cache=True)
+@native_loop("void(u8, u8, u8, f8[:], f8[:])", "(),(),(),(w)->(w)")
 def _uniforms(seed, step, channel, _, out):
     for first in range(0, out.shape[0], 4):
         a, b, c, d = philox(

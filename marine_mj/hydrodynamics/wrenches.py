@@ -52,6 +52,29 @@ def added_mass_of(model: mujoco.MjModel, body: int) -> Array:
     return np.zeros((6, 6))
 
 
+def damping_of(model: mujoco.MjModel, body: int, speed: float, rate: float) -> Array:
+    """Slope (6, 6) of a body's damping at a speed, `D_L + 2 D_Q |nu|` with strips, FLU.
+
+    Args:
+        model: marine model.
+        body: id of the body; zeros if it has no coefficients.
+        speed: of the origin along each axis, m/s.
+        rate: about each axis, rad/s.
+    """
+    for p in records(table_of(model)):
+        if int(p[t_.B_BODY]) == body:
+            linear, quadratic = (
+                p[at : at + 36].reshape(6, 6) for at in (t_.B_LINEAR, t_.B_QUADRATIC)
+            )
+            slope = linear + 2 * quadratic * np.repeat([speed, rate], 3)
+            dx = p[t_.B_STRIP_DX]
+            x = p[t_.B_STRIP_X] + dx * np.arange(int(p[t_.B_STRIPS]))
+            sway, heave = 2 * dx * p[t_.B_STRIP_DRAG : t_.B_STRIP_DRAG + 2]
+            along, about = speed * len(x), rate * np.sum(np.abs(x) ** 3)
+            return slope + np.diag([0, sway * along, heave * along, 0, heave * about, sway * about])
+    return np.zeros((6, 6))
+
+
 def _contact_wrenches(model: mujoco.MjModel, data: mujoco.MjData, groups: Array) -> Array:
     """World wrench (nbody, 6) [force; moment about the world origin] of all contacts, by group."""
     total = np.zeros((model.nbody, 6))

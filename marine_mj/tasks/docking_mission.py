@@ -14,25 +14,24 @@ from numpy.typing import ArrayLike
 from marine_mj import frames, hydrodynamics
 from marine_mj.controllers import (
     Allocator,
-    Cpv,
-    DockingGuidance,
     DockingPilot,
     Latch,
     LatchState,
     Limits,
     Phase,
     PilotState,
-    PosePid,
     RigidState,
-    VehicleModel,
-    cpv_gain_set,
+    pose_error,
+    relative_velocity,
 )
+from marine_mj.controllers.kinematics import rotate
 from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array
 from marine_mj.scenario import Scenario
 from marine_mj.scene import main_bodies, start_pose
 from marine_mj.tasks.base import Flags, Mission, Signal, from_unit
 from marine_mj.tasks.contact_log import ContactLog
+from marine_mj.tasks.docking_controllers import docking_pilot
 from marine_mj.tasks.docking_geometry import DockingGeometry, DockingView
 from marine_mj.tasks.docking_navigation import DockingNavigation, NavigationState
 from marine_mj.tasks.docking_physics import DockingPhysics
@@ -64,6 +63,7 @@ class DockingState:
         latch: of the latch's monitor.
         wrench: (..., 6) wrench the actuators were asked for, FLU.
         target: (..., 3) position the controller steers to, NWU, m.
+        miss: (..., 2, 6) pose and velocity of the target minus the vehicle's, world axes NWU.
         start_time: (...,) time on the wave record at the start, s.
         latch_time: (...,) when the latch closed, s; inf while it is open.
         contact: what contacts did so far.
@@ -77,6 +77,7 @@ class DockingState:
     latch: LatchState
     wrench: Array
     target: Array
+    miss: Array
     start_time: Array
     latch_time: Array
     contact: ContactLog
@@ -124,6 +125,8 @@ class DockingMission(Mission):
             ("dof",), "m/s, rad/s", "vehicle FLU", "vehicle velocity relative to the seat"
         ),
         "target_ned": Signal(("axis",), "m", "NED", "position the controller steers to"),
+        "target_error": Signal(("dof",), "m, rad", "NED", "target pose minus vehicle pose"),
+        "target_rate": Signal(("dof",), "m/s, rad/s", "NED", "target velocity minus vehicle's"),
         "wrench_command": Signal(
             ("dof",), "N, N m", "vehicle FLU", "wrench the thrusters were asked for"
         ),
@@ -150,12 +153,7 @@ class DockingMission(Mission):
             settings=settings,
             closed_loop=closed_loop,
             geometry=physics.geometry,
-            pilot=DockingPilot(
-                _controller(scenario, settings, physics, limits),
-                physics.dock_frames,
-                period,
-                DockingGuidance(replace(settings.plan.plan(), axis=physics.geometry.axis)),
-            ),
+            pilot=docking_pilot(scenario, settings, physics, limits),
             navigation=_navigation(scenario, settings, physics),
             allocator=replace(
                 physics.allocator(physics.vehicle), axis_weight=np.array(_AXIS_WEIGHT)
@@ -215,6 +213,7 @@ class DockingMission(Mission):
             latch=self.latch.initial(shape),
             wrench=np.zeros((*shape, 6)),
             target=np.zeros((*shape, 3)),
+            miss=np.zeros((*shape, 2, 6)),
             start_time=start,
             latch_time=np.full(shape, np.inf),
             contact=ContactLog.initial(shape),
@@ -268,6 +267,7 @@ class DockingMission(Mission):
             navigation=navigation,
             wrench=given,
             target=order.target.position,
+            miss=_miss(order.target, view.vehicle),
         )
 
     def observe(
@@ -341,6 +341,8 @@ class DockingMission(Mission):
             "dock_error": view.error,
             "relative_velocity": view.relative_velocity,
             "target_ned": frames.flip(state.target),
+            "target_error": frames.flip(state.miss[..., 0, :]),
+            "target_rate": frames.flip(state.miss[..., 1, :]),
             "wrench_command": state.wrench,
             "phase": phase if self.closed_loop else np.full_like(phase, np.nan),
             "latched": np.asarray(latched, dtype=float),
@@ -400,17 +402,10 @@ def _navigation(
     return DockingNavigation(navigator, scenario.control_period)
 
 
-def _controller(
-    scenario: Scenario, settings: DockingSettings, physics: DockingPhysics, limits: Limits
-) -> PosePid | Cpv:
-    """The controller that the settings ask for."""
-    period = scenario.control_period
-    statics = physics.hydrostatics(physics.vehicle, scenario.water_density)
-    if settings.controller == "cpv":
-        model = None
-        if settings.gain_set == "extended":
-            lag = physics.thruster_lag(physics.vehicle)
-            model = VehicleModel(physics.inertia(physics.vehicle), lag)
-        return Cpv.from_gains(cpv_gain_set(settings.gain_set), limits, period, statics, model)
-    error_limit = np.inf if settings.error_limit is None else settings.error_limit
-    return PosePid.from_name(settings.gain_set, limits, period, statics, error_limit)
+def _miss(target: RigidState, vehicle: RigidState) -> Array:
+    """Pose and velocity (..., 2, 6) of the target minus those of the vehicle, world axes NWU."""
+    own = (pose_error(target, vehicle), -relative_velocity(vehicle, target))
+    parts = [rotate(vehicle.rotation, v[..., i : i + 3]) for v in own for i in (0, 3)]
+    return np.stack(
+        [np.concatenate(parts[:2], axis=-1), np.concatenate(parts[2:], axis=-1)], axis=-2
+    )

@@ -5,12 +5,77 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from marine_mj.controllers import CPV_GAINS, GAINS, DockingPlan, Latch
+from marine_mj.controllers import (
+    CPV_GAINS,
+    CPVA_GAINS,
+    GAINS,
+    LQR_WEIGHTS,
+    MPC_SETTINGS,
+    SLIDING_GAINS,
+    DockingPlan,
+    Latch,
+    PidGains,
+)
 from marine_mj.settings import Settings
 from marine_mj.tasks.navigation_settings import NavigationSettings
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
+
+
+Vector6 = tuple[NotNegative, NotNegative, NotNegative, NotNegative, NotNegative, NotNegative]
+PredictionKind = Literal["kinematic", "constant_acceleration", "harmonic", "polynomial", "ar"]
+
+#: Gain sets by controller; the first is the default.
+GAIN_SETS: dict[str, tuple[str, ...]] = {
+    "pose_pid": ("brute_force", *(name for name in GAINS if name != "brute_force")),
+    "cpv": tuple(CPV_GAINS),
+    "cpva": tuple(CPVA_GAINS),
+    "lqr": tuple(LQR_WEIGHTS),
+    "sliding": tuple(SLIDING_GAINS),
+    "mpc": tuple(MPC_SETTINGS),
+}
+
+
+class GainValues(Settings):
+    """Gains of `pose_pid` as numbers: surge, sway, heave, roll, pitch, yaw (N/m, N m/rad, ...)."""
+
+    P: Vector6
+    I: Vector6  # noqa: E741
+    D: Vector6
+
+    def gains(self) -> PidGains:
+        """The gains of the controllers."""
+        return PidGains(self.P, self.I, self.D)
+
+
+class PredictionSettings(Settings):
+    """What the controller takes the states to be a little later; see `controllers.Prediction`.
+
+    Attributes:
+        kind: "kinematic" (no acceleration), "constant_acceleration", "harmonic" (oscillation about
+            the present place), "polynomial" (through the last samples), "ar" (autoregressive).
+        of: whose states are predicted.
+        t_pred: how far ahead, s.
+        t_past: of "polynomial": time whose samples are fitted, s.
+        order: of "polynomial" (1 or 2, default 1) or "ar" (default 6).
+        smoothing: of "constant_acceleration" and "harmonic": low-pass on the acceleration, s.
+    """
+
+    kind: PredictionKind = "kinematic"
+    of: Literal["vehicle", "carrier", "both"] = "both"
+    t_pred: Positive = 0.4
+    t_past: Positive = 0.03
+    order: Annotated[int, Field(ge=1, le=20)] | None = None
+    smoothing: NotNegative = 0.0
+
+    @model_validator(mode="after")
+    def _order_of_the_kind(self) -> "PredictionSettings":
+        if self.order is not None and self.kind not in ("polynomial", "ar"):
+            raise ValueError(f"order = {self.order} belongs to kind polynomial or ar")
+        if self.kind == "polynomial" and self.order not in (None, 1, 2):
+            raise ValueError(f"order = {self.order} is not allowed for polynomial: 1 or 2")
+        return self
 
 
 class PlanSettings(Settings):
@@ -71,9 +136,15 @@ class DockingSettings(Settings):
     Attributes:
         vehicle: instance name of the vehicle that docks.
         carrier: instance name of the vehicle that carries the dock.
-        controller: closed-loop controller: `pose_pid`, or `cpv` (cascade of pose and velocity).
-        gains: gain set of the controller, default `brute_force` (pose_pid) or `reference` (cpv).
-            `extended` is ours; with `cpv` it brings acceleration feed-forward and an observer.
+        controller: closed-loop controller: `pose_pid`, `cpv` (cascade of pose and velocity), `cpva`
+            (with acceleration), `lqr`, `sliding` (sliding mode) or `mpc` (model-predictive).
+        gains: gain set of the controller, see `GAIN_SETS`; default `brute_force` (pose_pid),
+            `reference` (cpv, cpva), else `extended`, which is ours; with `cpv` it brings
+            acceleration feed-forward and an observer.
+        gain_values: numbers instead of a gain set, for `pose_pid`.
+        prediction: let the controller act on predicted states; left out: on the present ones.
+        preview: how `mpc` predicts the motion of the dock over its horizon.
+        station: keep station this far below the goal instead of docking, m.
         error_limit: longest position error that `pose_pid` sees, m; left out: no limit.
         plan: waypoints and contact phase.
         latch: when the latch closes.
@@ -89,9 +160,13 @@ class DockingSettings(Settings):
 
     vehicle: str = "auv"
     carrier: str = "usv"
-    controller: Literal["pose_pid", "cpv"] = "pose_pid"
+    controller: Literal["pose_pid", "cpv", "cpva", "lqr", "sliding", "mpc"] = "pose_pid"
     gains: Literal["manual", "brute_force", "reference", "extended"] | None = None
+    gain_values: GainValues | None = None
     error_limit: Positive | None = None
+    prediction: PredictionSettings | None = None
+    preview: PredictionKind = "ar"
+    station: Positive | None = None
     plan: PlanSettings = PlanSettings()
     latch: LatchSettings = LatchSettings()
     navigation: NavigationSettings = NavigationSettings()
@@ -104,16 +179,24 @@ class DockingSettings(Settings):
 
     @model_validator(mode="after")
     def _gains_of_the_controller(self) -> "DockingSettings":
-        sets = {"pose_pid": GAINS, "cpv": CPV_GAINS}[self.controller]
+        sets = GAIN_SETS[self.controller]
         if self.gains is not None and self.gains not in sets:
             raise ValueError(
                 f"gains = {self.gains!r} does not exist for controller {self.controller!r}; "
                 f"available: {', '.join(sets)}"
             )
+        if self.gain_values is not None and (self.gains or self.controller != "pose_pid"):
+            raise ValueError(
+                f"gain_values belong to controller 'pose_pid' without gains, got controller "
+                f"{self.controller!r}, gains {self.gains!r}"
+            )
+        if self.prediction is not None and self.controller == "mpc":
+            raise ValueError("controller 'mpc' predicts by itself: leave out prediction")
         return self
 
     @property
     def gain_set(self) -> str:
-        """Name of the gain set."""
-        default = {"pose_pid": "brute_force", "cpv": "reference"}
-        return self.gains or default[self.controller]
+        """Name of the gain set; "values" when the gains are numbers."""
+        if self.gain_values is not None:
+            return "values"
+        return self.gains or GAIN_SETS[self.controller][0]

@@ -16,7 +16,7 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics import table
 from marine_mj.hydrodynamics.inertia import rigid_inertia
-from marine_mj.hydrodynamics.wrenches import added_mass_of, check_control, check_state
+from marine_mj.hydrodynamics.wrenches import added_mass_of, check_control, check_state, damping_of
 from marine_mj.scene import at_origin, main_bodies
 from marine_mj.tasks.reader import BodyReader
 
@@ -172,6 +172,10 @@ class MarinePhysics(dm_mujoco.Physics):
         """Rigid-body and added inertia (6, 6) of a vehicle's main body about its origin, FLU."""
         model, body = self.model.ptr, self.main_body(instance)
         return rigid_inertia(model, body) + added_mass_of(model, body)
+
+    def damping(self, instance: str, speed: float = 0.2, rate: float = 0.15) -> Array:
+        """Slope (6, 6) of a vehicle's damping at a speed (m/s, rad/s), FLU, about its origin."""
+        return damping_of(self.model.ptr, self.main_body(instance), speed, rate)
 
     def thruster_lag(self, instance: str) -> float:
         """Longest time constant of a vehicle's actuators with first-order dynamics, s; 0: none."""

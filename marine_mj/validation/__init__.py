@@ -10,6 +10,7 @@ from pathlib import Path
 from marine_mj.validation import (
     analysis,
     contact,
+    control,
     drift,
     estimates,
     geometry,
@@ -37,6 +38,7 @@ CASES: dict[str, tuple[Callable[[], Iterable[Row]], ...]] = {
     "Hydrodynamics from geometry": geometry.CASES,
     "Statistics": analysis.CASES,
     "Navigation": navigation.CASES,
+    "Docking controllers": control.CASES,
 }
 
 

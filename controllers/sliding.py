@@ -1,0 +1,125 @@
+"""Sliding mode with a boundary layer in six axes (Slotine and Li 1991, section 7.2; Fossen 2021).
+
+The surface is `s = v - (nu - nu_t)` with `v = lambda e` limited: on it the pose error decays at
+`lambda`. The equivalent wrench keeps the vehicle on the surface as far as model and observer know
+it, the switching part brings it back; inside the boundary layer it is proportional, because
+thrusters that lag would chatter. Body axes FLU at the body origin.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from marine_mj.controllers.kinematics import (
+    RigidState,
+    body_acceleration,
+    pose_error,
+    relative_velocity,
+)
+from marine_mj.controllers.observer import ObserverState, VehicleModel, observe, steady_wrench
+from marine_mj.controllers.pid import Limits
+from marine_mj.controllers.pose_pid import Hydrostatics
+
+from marine_mj import frames
+from marine_mj.errors import ScenarioError
+from marine_mj.frames import Array
+
+
+@dataclass(frozen=True)
+class SlidingGains:
+    """Surface and reaching law per axis, (6,) or (..., 6), all > 0.
+
+    Attributes:
+        rate: `lambda`, at which the pose error decays on the surface, 1/s.
+        speed: largest speed towards the target, m/s and rad/s.
+        reach: `eta`, acceleration towards the surface outside the boundary layer, m/s2, rad/s2.
+        layer: `phi`, half width of the boundary layer, m/s and rad/s.
+    """
+
+    rate: Array | Sequence[float]
+    speed: Array | Sequence[float]
+    reach: Array | Sequence[float]
+    layer: Array | Sequence[float]
+
+    def __post_init__(self) -> None:
+        """Raise ScenarioError for a value that is not positive."""
+        for name in ("rate", "speed", "reach", "layer"):
+            value = np.asarray(getattr(self, name), dtype=float)
+            if not np.all(value > 0):
+                raise ScenarioError(f"sliding mode: {name} must be > 0, got {value}")
+            object.__setattr__(self, name, value)
+
+
+SLIDING_GAINS = {
+    # Ours: reach over layer is the bandwidth inside the layer, 2 to 3 rad/s with thrusters that
+    # lag by 0.15 s; the reach is about three quarters of what the thrusters can give.
+    "extended": SlidingGains(
+        rate=[1.0, 1.0, 1.0, 1.5, 1.2, 1.0],
+        speed=[0.8, 0.35, 0.3, 0.5, 0.5, 0.5],
+        reach=[1.5, 0.4, 0.4, 6.0, 0.6, 0.6],
+        layer=[0.5, 0.16, 0.16, 1.5, 0.21, 0.21],
+    ),
+}
+
+
+@dataclass(frozen=True)
+class SlidingMode:
+    """`tau = M (nu_t' + lambda e' + eta sat(s / phi)) - d` plus hydrostatics, clipped.
+
+    Attributes:
+        gains: surface and reaching law.
+        limits: of the wrench, FLU.
+        period: time between two updates, s.
+        model: wet inertia, thruster lag and observer.
+        hydrostatics: weight and buoyancy to cancel, None to leave them to the observer.
+    """
+
+    gains: SlidingGains
+    limits: Limits
+    period: float
+    model: VehicleModel
+    hydrostatics: Hydrostatics | None = None
+
+    def initial(self, shape: tuple[int, ...] = ()) -> ObserverState:
+        """State before the first update, for a leading shape."""
+        return ObserverState.initial(shape)
+
+    def applied(self, state: ObserverState, wrench: Array) -> ObserverState:
+        """State when the thrusters were asked for another wrench (..., 6) than `update` gave."""
+        return state.asked_for(wrench)
+
+    def update(
+        self,
+        state: ObserverState,
+        body: RigidState,
+        target: RigidState,
+        scale: Array | float = 1.0,
+        push: Array | float = 0.0,
+        acceleration: Array | float = 0.0,
+        contact: Array | bool = False,
+    ) -> tuple[Array, ObserverState]:
+        """Wrench (..., 6) FLU at the body origin, and the next state.
+
+        Args:
+            state: state after the previous update.
+            body: measured state of the vehicle.
+            target: where it should be and how fast it should move there.
+            scale: (..., 6) factor on the pose error per axis: 0 lets an axis go.
+            push: (..., 3) extra force in world axes NWU, N.
+            acceleration: (..., 6) acceleration of the target, world axes NWU.
+            contact: (...,) bool: forces of contact act on the vehicle, the observer forgets.
+        """
+        gains = self.gains
+        rate, speed = np.asarray(gains.rate), np.asarray(gains.speed)
+        statics, feed_forward = steady_wrench(self.hydrostatics, body, push)
+        state = observe(self.model, self.limits, self.period, state, body, statics, contact)
+        slip = relative_velocity(body, target) * (np.asarray(scale) != 0)
+        free = rate * pose_error(target, body) * scale
+        wanted = np.minimum(np.maximum(free, -speed), speed)
+        # On the surface the wanted speed changes as the error does, where it is not limited.
+        change = np.where(wanted == free, -rate * slip, 0.0)
+        pull = np.clip((wanted - slip) / gains.layer, -1.0, 1.0) * gains.reach
+        rates = body_acceleration(body, acceleration) + change + pull
+        wrench = feed_forward + frames.apply(self.model.inertia, rates) - state.disturbance
+        wrench = self.limits.clip(wrench)
+        return wrench, state.asked_for(wrench)
