@@ -199,7 +199,8 @@ def check_state(model: mujoco.MjModel, data: mujoco.MjData) -> None:
             f"the simulation diverged at t = {data.time:.4f} s: body {model.body(body).name!r} has "
             f"position {np.round(data.xpos[body], 3)} m and velocity "
             f"{np.round(data.qvel[model.body_dofadr[body] :][:6], 3)}, acceleration "
-            f"{data.qacc_warmstart[dof]:.3g}; lower the time step (see marine-mj check-model) or the forces"
+            f"{data.qacc_warmstart[dof]:.3g}; lower the time step (see marine-mj check-model) or "
+            "the forces"
         )
     if not (np.isfinite(data.qpos).all() and np.isfinite(data.qvel).all()):
         raise SimulationError(
