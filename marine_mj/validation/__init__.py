@@ -15,6 +15,7 @@ from marine_mj.validation import (
     panels,
     physics,
     radiation,
+    scout,
     vehicles,
     waves,
 )
@@ -28,7 +29,7 @@ CASES: dict[str, tuple[Callable[[], Iterable[Row]], ...]] = {
     "Waves": waves.CASES,
     "Radiation memory": radiation.CASES,
     "Wave drift": drift.CASES,
-    "Vehicles": vehicles.CASES,
+    "Vehicles": (*scout.CASES, *vehicles.CASES),
     "Hull panels": panels.CASES,
     "Coefficient estimates": estimates.CASES,
     "Hydrodynamics from geometry": geometry.CASES,
