@@ -90,7 +90,12 @@ def test_winding_is_repaired_only_when_asked(tmp_path):
     mixed = saved(turned(box(), 5), tmp_path / "mixed.ply")
     with pytest.raises(ModelError, match=r"of 18 edges have triangles wound against each other"):
         read_mesh(mixed)
-    for file in (inward, mixed):
+    doubled = box()
+    doubled.faces = np.vstack([doubled.faces, doubled.faces[:2], [[0, 0, 1]]])
+    many = saved(doubled, tmp_path / "doubled.ply")
+    with pytest.raises(ModelError, match="1 triangles of 15 without area"):
+        read_mesh(many)
+    for file in (inward, mixed, many):
         assert read_mesh(file, repair=True).volume == pytest.approx(LENGTH * BEAM * 1.3)
 
 
