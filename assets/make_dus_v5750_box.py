@@ -17,12 +17,12 @@ import numpy as np
 from marine_mj.environment import wavenumber
 from marine_mj.hydrodynamics.bem.database import save_database, wave_database
 from marine_mj.hydrodynamics.bem.drift import database_drift
-from marine_mj.hydrodynamics.bem.hydrostatics import hydrostatics
 from marine_mj.hydrodynamics.bem.panels import Panels, lid, rectangle
 from marine_mj.hydrodynamics.bem.rao import motion_raos, viscous_damping
 from marine_mj.hydrodynamics.bem.rigid_body import RigidBody
 from marine_mj.hydrodynamics.bem.solver import solve
 from marine_mj.hydrodynamics.fit_database import store_memory
+from marine_mj.hydrodynamics.hydrostatics import hydrostatics
 
 LENGTH, BEAM, DRAFT = 5.0, 1.5, 0.3  # m
 WATER_DENSITY, GRAVITY = 1025.0, 9.81  # kg/m3, m/s2

@@ -33,9 +33,8 @@ import shapes
 import trimesh
 from scipy.interpolate import PchipInterpolator
 
-from marine_mj.hydrodynamics.bem.cut import cut
-from marine_mj.hydrodynamics.bem.hydrostatics import hydrostatics
-from marine_mj.hydrodynamics.bem.mesh import check_mesh
+from marine_mj.hydrodynamics.floating import afloat
+from marine_mj.hydrodynamics.mesh import HullMesh
 
 LENGTH, HALF_BEAM, DRAUGHT = 7.2, 1.2865, 0.76  # m, between perpendiculars, on the water line
 ORIGIN = 2.837  # m before the aft perpendicular
@@ -99,10 +98,9 @@ def hull() -> trimesh.Trimesh:
 
 def main() -> None:
     mesh = hull()
-    check_mesh(mesh, "viknes830_hull")
+    still = afloat(HullMesh(mesh.vertices, mesh.faces, "viknes830_hull"))
     path = Path(__file__).with_name("viknes830_hull.stl")
     path.write_bytes(mesh.export(file_type="stl"))
-    still = hydrostatics(*cut(mesh.vertices, mesh.faces, 2, -1))
     center = np.array([0.0, 0.0, KEEL_TO_MASS - DRAUGHT])
     over = still.metacentric_heights(center)
     area, B = still.waterplane_area, still.center_of_buoyancy

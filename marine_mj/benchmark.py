@@ -76,27 +76,39 @@ def _seconds(model: mujoco.MjModel, data: mujoco.MjData, steps: int = STEPS) -> 
     return (time.perf_counter() - begin) / steps
 
 
-def _single_vehicle() -> list[Row]:
-    """One AUV: plain `mj_step` of the same model against calm water and waves."""
-    spec = mujoco.MjSpec.from_file(str(find_model("scout")))
+def _plain(name: str) -> mujoco.MjModel:
+    """A vehicle without water."""
+    spec = mujoco.MjSpec.from_file(str(find_model(name)))
     for numeric in list(spec.numerics):
         spec.delete(numeric)
     spec.option.timestep = TIMESTEP
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    model = spec.compile()
+    model.opt.gravity[:] = 0  # it would fall out of the numbers' range
+    return model
+
+
+def _best(models: dict[str, mujoco.MjModel], **start: float) -> dict[str, float]:
+    """Wall time of one step of each, s: the best of some, in turn."""
+    best = dict.fromkeys(models, np.inf)
+    for _ in range(ROUNDS):
+        for name, model in models.items():
+            best[name] = min(best[name], _seconds(model, _start(model, **start)))
+    return best
+
+
+def _single_vehicle() -> list[Row]:
+    """One AUV: plain `mj_step` of the same model against calm water and waves."""
     sea = Environment(waves=irregular_sea(1.1, 5.515, components=100, seed=1))
     point = {"hull": {"strips": False}}
     models = {
-        "plain": spec.compile(),
+        "plain": _plain("scout"),
         "auv_calm": load("scout", settings=point),
         "auv_calm_strips": load("scout"),
         "auv_waves_100": load("scout", sea, point),
         "auv_waves_100_strips": load("scout", sea),
     }
-    models["plain"].opt.gravity[:] = 0  # it would fall out of the numbers' range
-    best = dict.fromkeys(models, np.inf)
-    for _ in range(ROUNDS):
-        for name, model in models.items():
-            best[name] = min(best[name], _seconds(model, _start(model)))
+    best = _best(models)
     plain = best["plain"]
     ratio = {name: seconds / plain for name, seconds in best.items()}
     unit, metric = "1", "ratio_to_plain_mj_step"
@@ -112,23 +124,14 @@ def _single_vehicle() -> list[Row]:
 
 def _floating_vessel() -> list[Row]:
     """One USV with radiation memory: plain `mj_step` of the same model against calm and waves."""
-    spec = mujoco.MjSpec.from_file(str(find_model("dus_v5750")))
-    for numeric in list(spec.numerics):
-        spec.delete(numeric)
-    spec.option.timestep = TIMESTEP
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     sea = Environment(waves=irregular_sea(1.1, 5.515, components=100, seed=1))
     models = {
-        "plain": spec.compile(),
+        "plain": _plain("dus_v5750"),
         "usv_constant": load("dus_v5750", settings={"hull": {"radiation": "constant"}}),
         "usv_memory": load("dus_v5750"),
         "usv_memory_waves_100": load("dus_v5750", sea),
     }
-    models["plain"].opt.gravity[:] = 0  # it would fall out of the numbers' range
-    best = dict.fromkeys(models, np.inf)
-    for _ in range(ROUNDS):
-        for name, model in models.items():
-            best[name] = min(best[name], _seconds(model, _start(model, depth=0.0)))
+    best = _best(models, depth=0.0)
     plain = best.pop("plain")
     ratio = {name: seconds / plain for name, seconds in best.items()}
     unit, metric = "1", "ratio_to_plain_mj_step"

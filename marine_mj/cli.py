@@ -118,9 +118,9 @@ def plot_command(
 @app.command("list")
 def list_command() -> None:
     """List vehicles, docks, scenarios, campaigns and tasks."""
-    from marine_mj.campaign import Campaign, packaged_campaigns
+    from marine_mj.campaign import Campaign
     from marine_mj.library import find_model, is_dock, model_names
-    from marine_mj.scenario import Scenario, packaged_scenarios
+    from marine_mj.scenario import Scenario
     from marine_mj.suite import TASKS_BY_DOMAIN
 
     paths = {name: find_model(name) for name in model_names()}
@@ -129,9 +129,9 @@ def list_command() -> None:
     for kind, names in (("vehicle", set(paths) - docks), ("dock", docks)):
         for name in sorted(names):
             table.add_row(kind, name, str(paths[name].parent))
-    for name, path in packaged_scenarios().items():
+    for name, path in Scenario.packaged().items():
         table.add_row("scenario", name, Scenario.load(path).description)
-    for name, path in packaged_campaigns().items():
+    for name, path in Campaign.packaged().items():
         table.add_row("campaign", name, Campaign.load(path).description)
     for domain, tasks in TASKS_BY_DOMAIN.items():
         for task in tasks:

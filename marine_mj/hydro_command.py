@@ -58,7 +58,7 @@ def hydro_command(
         bool, typer.Option(help="Fit the radiation memory and store it in the database.")
     ] = True,
     repair: Annotated[
-        bool, typer.Option("--repair", help="Turn inward faces, drop those without area.")
+        bool, typer.Option("--repair", help="Turn inward faces, drop doubled ones and flat ones.")
     ] = False,
     roll_damping: Annotated[
         float, typer.Option(help="Viscous roll damping, share of critical (0.07).")
@@ -197,7 +197,7 @@ def _show_hull(hull: Any, console: Any) -> None:
     def add(name: str, value: Any, unit: str) -> None:
         table.add_row(name, value if isinstance(value, str) else f"{value:.5g}", unit)
 
-    add("mesh", f"{hull.source}, {len(hull.mesh.faces)} faces", "")
+    add("mesh", f"{hull.source}, {len(hull.mesh.triangles)} faces", "")
     add("length, breadth under water", f"{still.length:.4g} {still.breadth:.4g}", "m")
     add("draught", still.draught, "m")
     add("displaced volume", still.volume, "m3")

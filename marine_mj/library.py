@@ -1,9 +1,10 @@
-"""Finding vehicles and docks by name."""
+"""Finding vehicles, docks and the package's assets by name."""
 
 import difflib
 from pathlib import Path
 from xml.etree import ElementTree
 
+import marine_mj.assets
 import marine_mj.models
 from marine_mj.errors import ModelError
 
@@ -47,6 +48,19 @@ def find_model(name: str) -> Path:
         f"unknown vehicle {name!r}; {hint}there are {', '.join(names)}, any other needs the path "
         "of its folder or MJCF file"
     )
+
+
+def find_asset(name: str | Path) -> Path | None:
+    """File of that path, or of that name in the package's assets; None if there is neither."""
+    for path in (Path(name), assets_folder() / name):
+        if path.is_file():
+            return path.resolve()
+    return None
+
+
+def assets_folder() -> Path:
+    """Folder of the package's assets: wave databases and hull meshes."""
+    return Path(str(marine_mj.assets.__file__)).parent
 
 
 def is_dock(xml: Path) -> bool:

@@ -4,16 +4,13 @@ Directions are those towards which waves, current and wind travel, in degrees cl
 north; positions are NED. Inside the package NWU and radians are used.
 """
 
-import tomllib
-from importlib import resources
-from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from marine_mj import toml
 from marine_mj.errors import ScenarioError
 from marine_mj.settings import Settings
+from marine_mj.settings_file import SettingsFile
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -188,7 +185,7 @@ class TaskChoice(Settings):
     settings: dict[str, Any] = Field(default_factory=dict)
 
 
-class Scenario(Settings):
+class Scenario(SettingsFile):
     """Everything that defines a run.
 
     Attributes:
@@ -205,6 +202,8 @@ class Scenario(Settings):
         vehicles: tables by instance name, in the order in which they are attached.
         task: what is done in this scene.
     """
+
+    kind: ClassVar[str] = "scenario"
 
     name: str
     description: str = ""
@@ -238,42 +237,6 @@ class Scenario(Settings):
                 )
         return self
 
-    @classmethod
-    def from_toml(cls, text: str, where: str = "scenario") -> "Scenario":
-        """Scenario from TOML text.
-
-        Raises:
-            ScenarioError: not valid TOML, an unknown key, or a value that is not allowed.
-        """
-        try:
-            values = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise ScenarioError(f"{where} is not valid TOML: {error}") from None
-        return cls.parse(values, where)
-
-    @classmethod
-    def load(cls, name: str | Path) -> "Scenario":
-        """Scenario from a TOML file, or a packaged one by its name.
-
-        Raises:
-            ScenarioError: no such file or packaged scenario (the message lists them), or its
-                content is not valid.
-        """
-        path = Path(name)
-        if not path.is_file():
-            packaged = packaged_scenarios()
-            if str(name) not in packaged:
-                raise ScenarioError(
-                    f"scenario {str(name)!r} is neither a file nor a packaged scenario; "
-                    f"packaged: {', '.join(packaged)}"
-                )
-            path = packaged[str(name)]
-        return cls.from_toml(path.read_text(encoding="utf-8"), f"scenario {path.name}")
-
-    def to_toml(self) -> str:
-        """TOML text that `from_toml` reads back to an equal scenario."""
-        return toml.dump(self.model_dump())
-
     @property
     def nominal(self) -> "Scenario":
         """The scenario as controllers know it: without the factors of `Vehicle.scale`."""
@@ -294,9 +257,3 @@ class Scenario(Settings):
                     raise ScenarioError(f"{key}: {part!r} is a value, not a table")
             table[last] = value
         return self.parse(values, f"scenario {self.name}")
-
-
-def packaged_scenarios() -> dict[str, Path]:
-    """Packaged scenario files by name."""
-    folder = Path(str(resources.files("marine_mj") / "scenarios"))
-    return {path.stem: path for path in sorted(folder.glob("*.toml"))}

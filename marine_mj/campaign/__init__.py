@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from marine_mj.campaign.plan import Plan
     from marine_mj.campaign.runner import Progress, evaluate, load_plan, run_campaign
-    from marine_mj.campaign.settings import Campaign, packaged_campaigns
+    from marine_mj.campaign.settings import Campaign
 
 _HOME = {
     "Campaign": "settings",
@@ -14,7 +14,6 @@ _HOME = {
     "Progress": "runner",
     "evaluate": "runner",
     "load_plan": "runner",
-    "packaged_campaigns": "settings",
     "run_campaign": "runner",
 }
 
@@ -24,7 +23,6 @@ __all__ = [
     "Progress",
     "evaluate",
     "load_plan",
-    "packaged_campaigns",
     "run_campaign",
 ]
 

@@ -9,10 +9,9 @@ from pathlib import Path
 import scipy
 
 import marine_mj
-import marine_mj.assets
 import marine_mj.controllers
 from marine_mj.errors import ModelError
-from marine_mj.library import find_model
+from marine_mj.library import assets_folder, find_model
 from marine_mj.scenario import Scenario
 from marine_mj.simulation.recorder import versions
 
@@ -55,7 +54,7 @@ def code_digest() -> str:
     digest = hashlib.sha256(repr(sorted(all_versions().items())).encode())
     _add(digest, package, sources)
     _add(digest, controllers, controllers.rglob("*.py"))
-    assets = Path(marine_mj.assets.__file__).parent
+    assets = assets_folder()
     _add(digest, assets, assets.glob("*.nc"))
     return digest.hexdigest()
 

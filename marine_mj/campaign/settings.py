@@ -1,19 +1,16 @@
 """Campaign files: what is varied, how often, what is measured and when it is enough."""
 
 import re
-import tomllib
 from functools import cached_property
-from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from marine_mj import toml
 from marine_mj.campaign.conditions import TRANSFORMS, Condition
 from marine_mj.campaign.distributions import quantile, value_type
-from marine_mj.errors import ScenarioError
 from marine_mj.settings import Settings
+from marine_mj.settings_file import SettingsFile
 
 #: Columns of the results that no factor or metric may be called.
 RESERVED = (
@@ -159,7 +156,7 @@ class Stopping(Settings):
     every: Annotated[int, Field(ge=1)] | None = None
 
 
-class Campaign(Settings):
+class Campaign(SettingsFile):
     """Everything that defines a campaign.
 
     Attributes:
@@ -177,6 +174,8 @@ class Campaign(Settings):
         record: trajectories to keep.
         stopping: when to stop before all runs are done.
     """
+
+    kind: ClassVar[str] = "campaign"
 
     name: str
     description: str = ""
@@ -245,50 +244,18 @@ class Campaign(Settings):
         return [Condition.parse(text) for text in self.success]
 
     @classmethod
-    def from_toml(cls, text: str, where: str = "campaign") -> "Campaign":
-        """Campaign from TOML text.
-
-        Raises:
-            ScenarioError: not valid TOML, an unknown key, or a value that is not allowed.
-        """
-        try:
-            values = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise ScenarioError(f"{where} is not valid TOML: {error}") from None
-        return cls.parse(values, where)
-
-    @classmethod
-    def load(cls, name: str | Path) -> "Campaign":
-        """Campaign from a TOML file, or a packaged one by its name.
+    def load(cls, name: str | Path) -> Self:
+        """Campaign from a TOML file, or a packaged one by its name; its scenario may lie beside it.
 
         Raises:
             ScenarioError: no such file or packaged campaign (the message lists them), or its
                 content is not valid.
         """
-        path = Path(name)
-        if not path.is_file():
-            packaged = packaged_campaigns()
-            if str(name) not in packaged:
-                raise ScenarioError(
-                    f"campaign {str(name)!r} is neither a file nor a packaged campaign; "
-                    f"packaged: {', '.join(packaged)}"
-                )
-            path = packaged[str(name)]
-        campaign = cls.from_toml(path.read_text(encoding="utf-8"), f"campaign {path.name}")
-        beside = path.parent / campaign.scenario
+        campaign = super().load(name)
+        beside = cls.find(name).parent / campaign.scenario
         if beside.is_file():
             return campaign.changed(scenario=str(beside))
         return campaign
-
-    def to_toml(self) -> str:
-        """TOML text that `from_toml` reads back to an equal campaign."""
-        return toml.dump(self.model_dump())
-
-
-def packaged_campaigns() -> dict[str, Path]:
-    """Packaged campaign files by name."""
-    folder = Path(str(resources.files("marine_mj") / "campaigns"))
-    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
 
 
 def flat(table: dict[str, Any], prefix: str = "") -> dict[str, Any]:

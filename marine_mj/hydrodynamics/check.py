@@ -11,14 +11,14 @@ import numpy as np
 from marine_mj.environment import Environment, irregular_sea
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array, euler_from_quaternion, flip_quaternion
+from marine_mj.hydrodynamics.body_settings import BodySettings, memory_of
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
-from marine_mj.hydrodynamics.hull import read_hull
-from marine_mj.hydrodynamics.hydrostatics import equilibrium, hydrostatics
+from marine_mj.hydrodynamics.floating import afloat, equilibrium
 from marine_mj.hydrodynamics.inertia import subtree_inertia
 from marine_mj.hydrodynamics.loader import load
 from marine_mj.hydrodynamics.memory import ALLOWED_ERROR, Memory
 from marine_mj.hydrodynamics.memory_store import memory_report
-from marine_mj.hydrodynamics.pack import BodySettings, memory_of
+from marine_mj.hydrodynamics.mesh import read_mesh
 from marine_mj.hydrodynamics.stability import largest_timestep
 from marine_mj.library import find_model
 
@@ -109,7 +109,7 @@ def _panels(
     name: str, body: BodyCoefficients, mass: float, center: Array, M: Array
 ) -> Iterator[Check]:
     """Equilibrium, stability and natural periods by the hull mesh, and what its panels cost."""
-    hull = read_hull(str(body.hull_mesh))
+    hull = read_mesh(str(body.hull_mesh))
     yield Check("panels of the hull mesh", float(len(hull.triangles)), "-", "", None)
     cost = _step_time(name, body.name, hydrostatics="panels")
     yield Check("step with panels in 100 waves, measured", cost, "us", "", None)
@@ -119,23 +119,20 @@ def _panels(
     if not floats:
         return
     pose = equilibrium(hull, mass, center, WATER_DENSITY)
-    state = hydrostatics(hull, pose)
+    state = afloat(hull, pose)
+    buoyancy = pose.body(state.center_of_buoyancy)
     yield Check("displaced volume, panels", state.volume, "m3", "", None)
-    for letter, value in zip("xyz", state.center.round(9) + 0.0, strict=True):
+    for letter, value in zip("xyz", buoyancy.round(9) + 0.0, strict=True):
         yield Check(f"centre of buoyancy {letter}, panels", float(value), "m", "", None)
     yield Check("height of the origin afloat, panels", pose.height, "m", "", None)
     yield Check("draught, panels", state.draught, "m", "", None)
     for angle, value in (("heel", pose.roll), ("trim", pose.pitch)):
         degrees = float(np.degrees(value)) + 0.0
         yield Check(f"static {angle}, panels", degrees, "deg", "-15 to 15", abs(degrees) < 15)
-    level = pose.rotation @ center
-    G = state.restoring(mass, level, WATER_DENSITY, GRAVITY)
-    weight = mass * GRAVITY
-    # about the centre of flotation: heave and trim are coupled about any other origin
-    fore = state.waterplane_moment / max(state.waterplane_area, 1e-300)
-    for label, axis, arm in (("GM_T", 3, fore[1]), ("GM_L", 4, fore[0])):
-        height = float(G[axis, axis] - G[2, 2] * arm**2) / weight
+    level = pose.place(center)
+    for label, height in zip(("GM_T", "GM_L"), state.metacentric_heights(level), strict=True):
         yield Check(f"{label}, panels", height, "m", "> 0", bool(height > 0))
+    G = state.stiffness(WATER_DENSITY, GRAVITY, mass, level, pose.origin)
     for axis in (2, 3, 4):
         if G[axis, axis] > 0:
             period = 2 * np.pi * np.sqrt(M[axis, axis] / G[axis, axis])

@@ -286,7 +286,7 @@ def _file(spec: mujoco.MjSpec, name: str, quantity: str) -> str | None:
 
 
 def _hull_mesh(spec: mujoco.MjSpec, name: str) -> str | None:
-    """File of the hull mesh as `hull_path` finds it; the vehicle's own assets go first."""
+    """File of the hull mesh as `find_mesh` finds it; the vehicle's own assets go first."""
     text = _file(spec, name, "hull_mesh")
     if text is None or not spec.modelfiledir:
         return text

@@ -12,10 +12,11 @@ from marine_mj.environment import Environment
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics import table as t_
+from marine_mj.hydrodynamics.body_settings import BodySettings, memory_of
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
 from marine_mj.hydrodynamics.memory_pack import MEMORY_PREFIX
 from marine_mj.hydrodynamics.native import install, table_of
-from marine_mj.hydrodynamics.pack import BodySettings, memory_of, pack_table
+from marine_mj.hydrodynamics.pack import pack_table
 from marine_mj.hydrodynamics.stability import check_timestep
 from marine_mj.library import find_model
 

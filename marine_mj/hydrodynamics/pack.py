@@ -1,144 +1,22 @@
 """Packing coefficients and environment into the table that the native kernels read."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal, get_args
 
 import mujoco
 import numpy as np
 
 from marine_mj.environment import Environment, WaveField
 from marine_mj.errors import ModelError
-from marine_mj.frames import Array, rotation_from_quaternion
+from marine_mj.frames import Array
 from marine_mj.hydrodynamics import table as t_
+from marine_mj.hydrodynamics.body_settings import BodySettings, memory_of, motion_of
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients
-from marine_mj.hydrodynamics.drift import Drift, drift_of, mean_drift
+from marine_mj.hydrodynamics.drift import Drift, drift_of
+from marine_mj.hydrodynamics.element_pack import free_root, pack_elements, start_pose
 from marine_mj.hydrodynamics.inertia import subtree_inertia
-from marine_mj.hydrodynamics.memory import Memory
-from marine_mj.hydrodynamics.memory_pack import memory_element
-from marine_mj.hydrodynamics.memory_store import database_memory, has_memory_data
-from marine_mj.hydrodynamics.panels import panel_parameters, restoring_of, uses_panels
-from marine_mj.hydrodynamics.raos import radiation, responses
-
-Motion = Literal["free", "dynamic", "rao"]
-Radiation = Literal["memory", "constant"]
-Hydrostatics = Literal["linear", "panels"]
-#: Headings for which the exciting forces of a floating body are tabulated.
-HEADINGS = 24
-#: Headings for which wave drift is tabulated: forces like c|c| bend sharply in beam and head seas.
-DRIFT_HEADINGS = 48
-#: Inertia of a body with prescribed motion, kg and kg m2 (a calibration: far above any vehicle,
-#: far below what would spoil the solver's scaling).
-PRESCRIBED_INERTIA = 1e9
-
-
-@dataclass(frozen=True)
-class BodySettings:
-    """How a body is simulated; the defaults are the complete physics.
-
-    Attributes:
-        motion: "dynamic" (wave forces from force RAOs), "rao" (plays back motion RAOs whatever
-            touches it), "free" (no RAO table); None: "dynamic" with a wave database, else "free".
-        radiation: of a "dynamic" body: "memory" (Cummins' equation with A(inf) and states for
-            the memory of the water), or "constant" added mass and damping chosen for the sea;
-            None: "memory" where the wave database has A(inf), else "constant".
-        strips: False reduces a slender body to one point with its lumped damping.
-        froude_krylov: undisturbed wave pressure on the displaced volume.
-        convective: material acceleration of the water; False: its local time derivative.
-        constant_buoyancy: buoyancy does not change at the surface.
-        drift: second-order wave drift, "mean" or "slow" (mean and slowly varying part); None:
-            "slow" where the body has coefficients for it (`hydrodynamics.drift`) and is not on
-            panels, else "none".
-        hydrostatics: "linear" (restoring matrix, or displaced volume), "panels" (pressure of still
-            water and incident waves on the wetted panels of the hull mesh, instead of both and of
-            the Froude-Krylov part of force RAOs); None: "panels" for a body that has a hull mesh
-            and neither restoring nor volume, else "linear".
-    """
-
-    motion: Motion | None = None
-    strips: bool = True
-    froude_krylov: bool = True
-    convective: bool = True
-    constant_buoyancy: bool = False
-    drift: Drift | None = None
-    radiation: Radiation | None = None
-    hydrostatics: Hydrostatics | None = None
-
-    def __post_init__(self) -> None:
-        """Check the choices."""
-        for name, kinds in (
-            ("motion", Motion),
-            ("drift", Drift),
-            ("radiation", Radiation),
-            ("hydrostatics", Hydrostatics),
-        ):
-            value = getattr(self, name)
-            if value is not None and value not in get_args(kinds):
-                raise ModelError(f"{name} is {value!r}, allowed are {', '.join(get_args(kinds))}")
-        if self.hydrostatics == "panels" and self.constant_buoyancy:
-            raise ModelError(
-                'constant_buoyancy is True with hydrostatics "panels", allowed is False: panels '
-                "lose their buoyancy above the surface; leave out one of them"
-            )
-
-
-def motion_of(body: BodyCoefficients, settings: BodySettings) -> Motion:
-    """The motion a body gets; see `BodySettings.motion`.
-
-    Raises:
-        ModelError: RAOs are asked for and the body names no wave database.
-    """
-    motion = settings.motion or ("dynamic" if body.wave_database else "free")
-    if motion != "free" and body.wave_database is None:
-        raise ModelError(
-            f"motion {motion!r} of {body.name!r} needs RAOs; allowed is 'free', or a database: "
-            f'<text name="{body.name}.wave_database" data="FILE.nc"/>'
-        )
-    return motion
-
-
-def memory_of(body: BodyCoefficients, settings: BodySettings) -> Memory | None:
-    """The radiation memory a body is simulated with; see `BodySettings.radiation`.
-
-    Raises:
-        ModelError: memory is asked for and the body is not "dynamic", or its wave database lacks
-            what it needs or cannot be fitted.
-    """
-    motion = motion_of(body, settings)
-    if motion != "dynamic":
-        if settings.radiation == "memory":
-            raise ModelError(
-                f"radiation 'memory' of {body.name!r} needs the motion 'dynamic', it is "
-                f"{motion!r}: leave radiation out"
-            )
-        return None
-    name = str(body.wave_database)
-    if settings.radiation == "constant" or (
-        settings.radiation is None and not has_memory_data(name)
-    ):
-        return None
-    return database_memory(name)
-
-
-class _Table:
-    """A growing list of float64 with blocks at known offsets."""
-
-    def __init__(self) -> None:
-        self.values: list[Array] = []
-        self.length = 0
-
-    def add(self, *parts: Array | Sequence[float] | float) -> int:
-        """Append the parts; returns the offset of the first."""
-        offset = self.length
-        for part in parts:
-            block = np.atleast_1d(np.asarray(part, dtype=float)).ravel()
-            self.values.append(block)
-            self.length += block.size
-        return offset
-
-    def array(self) -> Array:
-        """Everything as one array."""
-        return np.concatenate(self.values)
+from marine_mj.hydrodynamics.panels import restoring_of, uses_panels
+from marine_mj.hydrodynamics.raos import radiation
+from marine_mj.hydrodynamics.table_builder import TableBuilder
 
 
 def _wave_rows(waves: WaveField) -> Array:
@@ -156,7 +34,7 @@ def _wave_rows(waves: WaveField) -> Array:
     return rows
 
 
-def _environment(table: _Table, environment: Environment) -> Array:
+def _environment(table: TableBuilder, environment: Environment) -> Array:
     """Fixed part of the table with everything of the environment filled in."""
     waves, current, wind = environment.waves, environment.current, environment.wind
     if len(waves.omega) > t_.MAX_WAVES:
@@ -186,7 +64,7 @@ def _environment(table: _Table, environment: Environment) -> Array:
     return fixed
 
 
-def _contacts(model: mujoco.MjModel, table: _Table, fixed: Array) -> None:
+def _contacts(model: mujoco.MjModel, table: TableBuilder, fixed: Array) -> None:
     """Address of the contact sensor and the geoms that must not be touched."""
     sensor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, t_.CONTACT_SENSOR)
     if sensor < 0:
@@ -227,130 +105,6 @@ def _chain(model: mujoco.MjModel, body: int, name: str) -> tuple[int, int]:
     return last, count
 
 
-def _free_root(model: mujoco.MjModel, body: int) -> bool:
-    """Whether the body hangs on the world by a free joint of its own."""
-    joint = model.body_jntadr[body]
-    return bool(
-        model.body_jntnum[body] == 1
-        and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
-        and model.body_parentid[body] == 0
-    )
-
-
-def _start_pose(
-    model: mujoco.MjModel, body: BodyCoefficients, index: int, motion: Motion
-) -> tuple[float, float, float]:
-    """x, y [m] and yaw [rad], NWU, of a floating body at qpos0.
-
-    Raises:
-        ModelError: it has no free joint of its own.
-    """
-    if not _free_root(model, index):
-        raise ModelError(
-            f"motion {motion!r} of {body.name!r} needs a free joint of its own on a body of the "
-            "world"
-        )
-    address = model.jnt_qposadr[model.body_jntadr[index]]
-    pose = model.qpos0[address : address + 7]
-    R = rotation_from_quaternion(pose[3:])
-    return float(pose[0]), float(pose[1]), float(np.arctan2(R[1, 0], R[0, 0]))
-
-
-def _path(
-    model: mujoco.MjModel,
-    table: _Table,
-    body: BodyCoefficients,
-    index: int,
-    waves: WaveField,
-    motion: Motion,
-) -> list[float]:
-    """Where RAO motion goes on about the pose at qpos0: x, y, z, yaw, offset of the amplitudes.
-
-    The amplitudes (6, 2, N) are complex pose deviations in the reference heading's level axes.
-    """
-    x, y, yaw = _start_pose(model, body, index, motion)
-    amplitude = responses(str(body.wave_database), "motion", waves, yaw)
-    along = np.cos(waves.direction) * x + np.sin(waves.direction) * y
-    amplitude = amplitude * np.exp(1j * (waves.wavenumber * along + waves.phase))
-    offset = table.add(np.stack([amplitude.real, amplitude.imag], axis=1))
-    return [x, y, body.equilibrium_height, yaw, offset]
-
-
-def _exciting_forces(
-    table: _Table, body: BodyCoefficients, waves: WaveField, response: str
-) -> list[float]:
-    """Number of headings and offset of the exciting forces (HEADINGS, 6, 2, N)."""
-    blocks = []
-    for heading in range(HEADINGS):
-        yaw = 2 * np.pi * heading / HEADINGS
-        force = responses(str(body.wave_database), response, waves, yaw)
-        blocks.append(np.stack([force.real, force.imag], axis=1))
-    return [HEADINGS, table.add(np.stack(blocks))]
-
-
-def _drift(
-    table: _Table, body: BodyCoefficients, environment: Environment, drift: Drift
-) -> list[float]:
-    """Mode, number of headings and offset of the drift: (DRIFT_HEADINGS, 3), or (..., 3, N)."""
-    amplitude = environment.waves.amplitude
-    blocks = []
-    for heading in range(DRIFT_HEADINGS):
-        each = amplitude * mean_drift(body, environment, 2 * np.pi * heading / DRIFT_HEADINGS)
-        blocks.append(each if drift == "slow" else each @ amplitude)
-    return [t_.DRIFT_MODES[drift], DRIFT_HEADINGS, table.add(np.stack(blocks))]
-
-
-def _elements(
-    model: mujoco.MjModel,
-    table: _Table,
-    body: BodyCoefficients,
-    index: int,
-    environment: Environment,
-    motion: Motion,
-    drift: Drift,
-    memory: Memory | None,
-    settings: BodySettings,
-    afloat: set[int],
-) -> list[tuple[float, Array]]:
-    """(kind, parameters) of every element of a body."""
-    found: list[tuple[float, Array]] = []
-    if memory is not None and memory.states:
-        found.append((t_.MEMORY, memory_element(model, body.name, memory)))
-    waves = environment.waves
-    panels = uses_panels(body, settings)
-    if panels:
-        found.append((t_.PANELS, panel_parameters(table, body, waves, settings)))
-    elif body.restoring is not None:
-        mass, center, _ = subtree_inertia(model, index, afloat)
-        weight = mass * environment.gravity
-        data = np.concatenate([body.restoring.ravel(), [body.equilibrium_height, weight], center])
-        found.append((t_.RESTORING, data))
-    if motion == "dynamic" and len(waves.omega):
-        path = _path(model, table, body, index, waves, motion)
-        # the panels have the pressure of the undisturbed wave already
-        response = "diffraction" if panels and settings.froude_krylov else "force"
-        force = _exciting_forces(table, body, waves, response)
-        found.append((t_.EXCITATION, np.array([*path, *force])))
-    elif motion == "rao":
-        path = _path(model, table, body, index, waves, motion)
-        kappa = PRESCRIBED_INERTIA
-        found.append((t_.PRESCRIBED, np.array([*path, kappa, kappa])))
-    if drift != "none" and len(waves.omega):
-        found.append((t_.DRIFT, np.array(_drift(table, body, environment, drift))))
-    if body.wind is not None:  # in still air, too: it brakes
-        found.append((t_.WIND, body.wind))
-    for tank in body.tanks:
-        actuator = model.actuator(tank.actuator).id
-        address = model.actuator_actadr[actuator]
-        if address < 0:
-            raise ModelError(
-                f"tank of {body.name!r}: the actuator {tank.actuator!r} has no activation; give it "
-                'a dyntype, e.g. "integrator"'
-            )
-        found.append((t_.TANK, np.array([address, tank.density, *tank.position])))
-    return found
-
-
 def _volume(body: BodyCoefficients, environment: Environment) -> float:
     """Displaced volume, m3."""
     if body.buoyancy:
@@ -360,7 +114,7 @@ def _volume(body: BodyCoefficients, environment: Environment) -> float:
 
 def _record(
     model: mujoco.MjModel,
-    table: _Table,
+    table: TableBuilder,
     body: BodyCoefficients,
     environment: Environment,
     settings: BodySettings,
@@ -377,7 +131,7 @@ def _record(
     p[t_.B_SIZE] = t_.B_FIXED_SIZE
     p[t_.B_BODY], p[t_.B_ROOT] = index, model.body_rootid[index]
     p[t_.B_LAST_DOF], p[t_.B_CHAIN] = last, count
-    p[t_.B_FREE] = _free_root(model, index)
+    p[t_.B_FREE] = free_root(model, index)
     panels = uses_panels(body, settings)
     p[t_.B_VOLUME] = 0.0 if panels else _volume(body, environment)
     p[t_.B_CB : t_.B_CB + 3] = body.center_of_buoyancy
@@ -411,7 +165,7 @@ def _record(
             subtree_inertia(model, index, afloat)[2],
             restoring_of(model, body, settings, environment),
             body.viscous_damping,
-            _start_pose(model, body, index, motion)[2],
+            start_pose(model, body, index, motion)[2],
         )
         linear = linear + body.viscous_damping
     p[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36] = added_mass.ravel()
@@ -420,7 +174,7 @@ def _record(
     drift: Drift = "none"  # calm water needs no database, panels have their own
     if settings.drift or (len(environment.waves.omega) and not uses_panels(body, settings)):
         drift = drift_of(body, settings.drift, motion)
-    elements = _elements(
+    elements = pack_elements(
         model, table, body, index, environment, motion, drift, memory, settings, afloat
     )
     p[t_.B_ELEMENTS] = len(elements)
@@ -454,7 +208,7 @@ def pack_table(
     for name in settings:
         if name not in names:
             raise ModelError(f"settings name the body {name!r}; hydrodynamic bodies are {names}")
-    table = _Table()
+    table = TableBuilder()
     table.add(np.zeros(t_.FIXED_SIZE))
     fixed = _environment(table, environment)
     _contacts(model, table, fixed)

@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
-from marine_mj.hydrodynamics.hull import Hull
+from marine_mj.hydrodynamics.mesh import HullMesh
+from marine_mj.hydrodynamics.repair import repaired, turned_outwards
 
 #: Weight of the distance to the old vertices beside that to the old planes: without it flat parts
 #: would become a few huge triangles, too coarse for waves.
@@ -17,7 +18,7 @@ _SPREAD = 3e-3
 
 def prepare_hull(
     vertices: ArrayLike, triangles: ArrayLike, count: int = 500, name: str = "hull"
-) -> Hull:
+) -> HullMesh:
     """Closed hull of at most `count` triangles with the volume of the given mesh.
 
     Vertices at the same place are merged, degenerate and double triangles left out, open borders
@@ -36,7 +37,7 @@ def prepare_hull(
             edge), or cannot be made as coarse as asked for.
     """
     x, faces = _closed(np.asarray(vertices, dtype=float), np.asarray(triangles), name)
-    fine = Hull.unlimited(x, faces, name)
+    fine = HullMesh(x, faces, name)
     if len(faces) > count:
         x, faces = _collapse(x, faces, count)
         if len(faces) > count:
@@ -44,23 +45,16 @@ def prepare_hull(
                 f"hull mesh {name!r} cannot be made coarser than {len(faces)} triangles without "
                 f"changing its topology, asked for are {count}: allow more"
             )
-    coarse = Hull.unlimited(x, faces, name)
+    coarse = HullMesh(x, faces, name)
     center = x.mean(axis=0)
-    return Hull(center + (x - center) * np.cbrt(fine.volume / coarse.volume), faces, name)
+    return HullMesh(center + (x - center) * np.cbrt(fine.volume / coarse.volume), faces, name)
 
 
 def _closed(x: Array, triangles: NDArray, name: str) -> tuple[Array, NDArray[np.int64]]:
     """Merged, consistently turned and closed mesh."""
-    import trimesh  # here: slow to import
-
-    mesh = trimesh.Trimesh(x, triangles, process=False)
-    mesh.merge_vertices()
-    mesh.update_faces(mesh.nondegenerate_faces() & mesh.unique_faces())
-    mesh.remove_unreferenced_vertices()
-    if len(mesh.faces) == 0:
+    x, faces = repaired(x, triangles)
+    if len(faces) == 0:
         raise ModelError(f"hull mesh {name!r} has no triangles with an area; needed is a surface")
-    trimesh.repair.fix_winding(mesh)
-    x, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces, dtype=np.int64)
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     _, place, uses = np.unique(
         np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True
@@ -79,9 +73,7 @@ def _closed(x: Array, triangles: NDArray, name: str) -> tuple[Array, NDArray[np.
             middles.append(x[border].mean(axis=0))
             caps += [(b, a, middle) for a, b in pairwise(loop)]
         x, faces = np.vstack([x, middles]), np.vstack([faces, caps])
-    closed = trimesh.Trimesh(x, faces, process=False)
-    trimesh.repair.fix_inversion(closed, multibody=True)
-    return x, np.asarray(closed.faces, dtype=np.int64)
+    return x, turned_outwards(x, faces)
 
 
 def _quadrics(x: Array, faces: NDArray) -> Array:

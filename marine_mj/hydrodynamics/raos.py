@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-import marine_mj.assets
 from marine_mj.environment import WaveField
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
+from marine_mj.library import assets_folder, find_asset
 
 #: Database variable of each response, with its dof dimension.
 RESPONSES = {
@@ -27,14 +27,13 @@ def database_path(name: str) -> Path:
     Raises:
         ModelError: there is no such file; the message lists the databases of the package.
     """
-    assets = Path(marine_mj.assets.__file__).parent
-    for path in (Path(name), assets / name):
-        if path.is_file():
-            return path.resolve()
-    raise ModelError(
-        f"wave database {name!r} does not exist; the package has "
-        f"{sorted(p.name for p in assets.glob('*.nc'))}, any other needs its path"
-    )
+    path = find_asset(name)
+    if path is None:
+        raise ModelError(
+            f"wave database {name!r} does not exist; the package has "
+            f"{sorted(p.name for p in assets_folder().glob('*.nc'))}, any other needs its path"
+        )
+    return path
 
 
 def _variables(path: Path, wanted: Mapping[str, tuple[str, ...]]) -> list[Array]:

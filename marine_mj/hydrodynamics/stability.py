@@ -8,10 +8,10 @@ import numpy as np
 from marine_mj.environment import Environment
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
+from marine_mj.hydrodynamics.body_settings import BodySettings, memory_of
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients
 from marine_mj.hydrodynamics.inertia import rigid_inertia
 from marine_mj.hydrodynamics.memory import Memory
-from marine_mj.hydrodynamics.pack import BodySettings, memory_of
 from marine_mj.hydrodynamics.panels import restoring_of
 
 #: Largest h lambda of `x' = -lambda x` (semi-implicit Euler and kin; RK4; both measured).

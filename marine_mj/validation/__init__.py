@@ -18,6 +18,7 @@ from marine_mj.validation import (
     panels,
     physics,
     radiation,
+    scout,
     vehicles,
     waves,
 )
@@ -31,7 +32,7 @@ CASES: dict[str, tuple[Callable[[], Iterable[Row]], ...]] = {
     "Waves": waves.CASES,
     "Radiation memory": radiation.CASES,
     "Wave drift": drift.CASES,
-    "Vehicles": vehicles.CASES,
+    "Vehicles": (*scout.CASES, *vehicles.CASES),
     "Hull panels": panels.CASES,
     "Contact": contact.CASES,
     "Coefficient estimates": estimates.CASES,

@@ -10,36 +10,32 @@ import numpy as np
 import trimesh
 import xarray as xr
 
-import marine_mj.assets
 from marine_mj.environment import Environment, WaveField, irregular_sea, regular_wave
 from marine_mj.frames import Array, quaternion_from_euler
-from marine_mj.hydrodynamics.hull import Hull, read_hull
-from marine_mj.hydrodynamics.hydrostatics import (
-    Pose,
-    floating_height,
-    floating_restoring,
-    hydrostatics,
-)
+from marine_mj.hydrodynamics.floating import Pose, afloat, floating_height, floating_restoring
 from marine_mj.hydrodynamics.loader import load, load_xml
+from marine_mj.hydrodynamics.mesh import HullMesh, read_mesh
 from marine_mj.hydrodynamics.start import start_in_waves
 from marine_mj.hydrodynamics.wrenches import wrenches
-from marine_mj.library import find_model
+from marine_mj.library import assets_folder, find_model
 from marine_mj.validation.rows import Row, row
 
 RHO, G = 1025.0, 9.81
 CLOSED = "closed form"
-DATABASE = Path(marine_mj.assets.__file__).parent / "dus_v5750_box.nc"
+DATABASE = assets_folder() / "dus_v5750_box.nc"
 DOFS = ["Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw"]
 HEELS = np.radians([5.0, 10, 20, 30, 40, 50, 60])
 
 
-def hull_of(mesh: trimesh.Trimesh, offset: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Hull:
+def hull_of(
+    mesh: trimesh.Trimesh, offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> HullMesh:
     """Hull of a trimesh solid, moved by `offset`."""
-    return Hull(np.asarray(mesh.vertices) + offset, np.asarray(mesh.faces, dtype=np.int64))
+    return HullMesh(np.asarray(mesh.vertices) + offset, np.asarray(mesh.faces, dtype=np.int64))
 
 
 def floating_body(
-    hull: Hull,
+    hull: HullMesh,
     mass: float = 1.0,
     center: tuple[float, float, float] = (0.0, 0.0, 0.0),
     inertia: tuple[float, float, float] = (1.0, 1.0, 1.0),
@@ -78,7 +74,7 @@ def wrench(model: mujoco.MjModel, pose: Pose, cause: str = "restoring", time: fl
     return np.concatenate([R @ force[:3], R @ force[3:]])
 
 
-def _arms(hull: Hull, volume: float, model: mujoco.MjModel) -> tuple[Array, float]:
+def _arms(hull: HullMesh, volume: float, model: mujoco.MjModel) -> tuple[Array, float]:
     """GZ at HEELS with the CG in the origin by the kernel, and the worst error of its lift."""
     arms, worst = [], 0.0
     for heel in HEELS:
@@ -88,7 +84,7 @@ def _arms(hull: Hull, volume: float, model: mujoco.MjModel) -> tuple[Array, floa
     return np.array(arms), worst
 
 
-def solids() -> Iterator[tuple[str, Hull, float, Array, float]]:
+def solids() -> Iterator[tuple[str, HullMesh, float, Array, float]]:
     """Name, hull, volume, closed-form GZ at HEELS, closed-form draught upright."""
     R, d = 1.0, 0.3
     ball = trimesh.creation.icosphere(3, R)
@@ -125,13 +121,14 @@ def shapes() -> Iterator[Row]:
         yield row(f"panels: GZ of a {name}", worst, 0, "1", CLOSED, within=0.005)
         yield row(f"panels: lift of a {name}", lift, 0, "1", "displaced volume", within=1e-9)
         height = floating_height(hull, volume)
-        state = hydrostatics(hull, Pose(height))
+        state = afloat(hull, Pose(height))
         yield row(f"panels: draught of a {name}", state.draught, draught, "m", CLOSED, percent=0.5)
     name, hull, volume, _, T = next(solids())
-    state = hydrostatics(hull, Pose(floating_height(hull, volume)))
+    state = afloat(hull, Pose(floating_height(hull, volume)))
     # centroid of a spherical cap, from the centre of the sphere
     depth = 3 * (2 - T) ** 2 / (4 * (3 - T))
-    measured = float(hull.vertices.mean(axis=0)[2] - state.center[2])
+    center = Pose(floating_height(hull, volume)).place(hull.vertices.mean(axis=0))
+    measured = float(center[2] - state.center_of_buoyancy[2])
     yield row("panels: centre of buoyancy of a sphere", measured, depth, "m", CLOSED, percent=0.5)
 
 
@@ -139,9 +136,9 @@ def shapes() -> Iterator[Row]:
 CENTER = (0.1, -0.05, 0.1)
 
 
-def box_hull() -> Hull:
+def box_hull() -> HullMesh:
     """Hull mesh of the survey USV."""
-    return read_hull(str(find_model("dus_v5750").parent / "assets" / "hull.obj"))
+    return read_mesh(find_model("dus_v5750").parent / "assets" / "hull.obj")
 
 
 def linear() -> Iterator[Row]:
@@ -150,7 +147,7 @@ def linear() -> Iterator[Row]:
     hull, mass = box_hull(), RHO * L * B * T
     model = floating_body(hull, mass)
     x, y, z = CENTER
-    moved = Hull(hull.vertices - CENTER, hull.triangles)
+    moved = HullMesh(hull.vertices - CENTER, hull.triangles)
     off = floating_body(moved, mass)
     A, V = L * B, L * B * T
     # about the origin (the CG), which lies CENTER away from the middle of the waterplane
@@ -194,8 +191,8 @@ def energy_drift(added_mass: str, seconds: float, timestep: float) -> float:
         mujoco.mj_forward(model, data)
         R = data.xmat[1].reshape(3, 3)
         roll, pitch = np.arctan2(R[2, 1], R[2, 2]), -np.arcsin(R[2, 0])
-        state = hydrostatics(hull, Pose(float(data.qpos[2]), float(roll), float(pitch)))
-        depth = state.center_level[2] + data.qpos[2]
+        state = afloat(hull, Pose(float(data.qpos[2]), float(roll), float(pitch)))
+        depth = state.center_of_buoyancy[2]
         nu = np.concatenate([R.T @ data.qvel[:3], data.qvel[3:]])
         return float(0.5 * nu @ M @ nu + G * (mass * data.qpos[2] - RHO * state.volume * depth))
 
@@ -288,7 +285,7 @@ def expansion() -> Iterator[Row]:
         yield row(label, worst, 0, "1", "direct sum; of the largest force", within=0.005)
 
 
-def expansion_error(hull: Hull, H_s: float, T_p: float, seeds: int, poses: int = 10) -> float:
+def expansion_error(hull: HullMesh, H_s: float, T_p: float, seeds: int, poses: int = 10) -> float:
     """Largest error of the waves' force over its largest value, at random poses and times."""
     error, size = np.zeros(6), np.zeros(6)
     for seed in range(seeds):
@@ -306,7 +303,7 @@ def expansion_error(hull: Hull, H_s: float, T_p: float, seeds: int, poses: int =
     return float((error / np.concatenate([[size[:3].max()] * 3, [size[3:].max()] * 3])).max())
 
 
-def direct_wrench(hull: Hull, pose: Pose, sea: WaveField, time: float) -> Array:
+def direct_wrench(hull: HullMesh, pose: Pose, sea: WaveField, time: float) -> Array:
     """World wrench (6) of the water on a hull, in NumPy: pressure summed at every vertex.
 
     Wet parts are cut off and integrated on their own, pressure linear over each.

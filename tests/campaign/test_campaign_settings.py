@@ -5,7 +5,7 @@ import pytest
 from campaign_helpers import CALM, plan
 from scipy import stats
 
-from marine_mj.campaign import Campaign, Plan, packaged_campaigns
+from marine_mj.campaign import Campaign, Plan
 from marine_mj.campaign.conditions import Condition, look_up, transformed
 from marine_mj.campaign.distributions import quantile
 from marine_mj.errors import CampaignError, ModelError, ScenarioError
@@ -13,7 +13,7 @@ from marine_mj.errors import CampaignError, ModelError, ScenarioError
 BASE = 'name = "t"\nscenario = "docking_demo"\nruns = 2\n'
 
 
-@pytest.mark.parametrize("name", packaged_campaigns())
+@pytest.mark.parametrize("name", Campaign.packaged())
 def test_packaged_campaigns_are_valid_and_survive_the_round_trip(name):
     campaign = Campaign.load(name)
     assert Campaign.from_toml(campaign.to_toml()) == campaign

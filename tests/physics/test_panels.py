@@ -12,11 +12,11 @@ from marine_mj.frames import quaternion_from_euler
 from marine_mj.hydrodynamics import start_in_waves, write_environment
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.coefficients import read_coefficients
-from marine_mj.hydrodynamics.hydrostatics import (
+from marine_mj.hydrodynamics.floating import (
     Pose,
+    afloat,
     equilibrium,
     floating_restoring,
-    hydrostatics,
     righting_arms,
 )
 from marine_mj.hydrodynamics.native import records, table_of
@@ -176,9 +176,7 @@ def test_righting_arms_of_solids():
 def test_restoring_of_the_mesh_is_the_slope_at_the_equilibrium(hull):
     center = np.array([0.1, 0.03, 0.05])
     pose = equilibrium(hull, MASS, center, RHO)
-    level = pose.rotation @ center
-    state = hydrostatics(hull, pose)
-    matrix = state.restoring(MASS, level, RHO, G)
+    matrix = afloat(hull, pose).stiffness(RHO, G, MASS, pose.place(center), pose.origin)
     np.testing.assert_allclose(matrix, floating_restoring(hull, MASS, center, RHO, G), rtol=1e-9)
     model = panels.floating_body(hull, MASS, tuple(center))
     step = 1e-5

@@ -1,4 +1,4 @@
-"""Hull meshes: reading, refusals, preparation; choice of hydrostatics."""
+"""Hulls afloat on panels: choice of hydrostatics, poses, equilibrium, preparation of meshes."""
 
 import numpy as np
 import pytest
@@ -7,11 +7,12 @@ from conftest import one_body
 
 import marine_mj
 from marine_mj.errors import ModelError
-from marine_mj.hydrodynamics import Hull, check_model, prepare_hull, read_hull
-from marine_mj.hydrodynamics.hydrostatics import (
+from marine_mj.hydrodynamics import HullMesh, check_model, prepare_hull
+from marine_mj.hydrodynamics.floating import (
+    Pose,
+    afloat,
     equilibrium,
     floating_height,
-    hydrostatics,
     righting_arms,
 )
 from marine_mj.scenario import Scenario
@@ -31,19 +32,6 @@ def floating(file, numerics="", settings=None, **options):
         **options,
     )
     return marine_mj.load_xml(xml, settings=settings)
-
-
-# Reading
-
-
-def test_formats_give_the_same_hull(tmp_path):
-    for kind in ("obj", "stl", "ply"):
-        path = tmp_path / f"box.{kind}"
-        BOX.export(path)
-        hull = read_hull(str(path))
-        assert len(hull.vertices) == 8
-        # STL keeps single precision
-        assert hull.volume == pytest.approx(1.2, rel=1e-6)
 
 
 def test_file_is_found_beside_the_vehicle(tmp_path, monkeypatch):
@@ -120,45 +108,10 @@ def test_mesh_of_an_unknown_body():
         marine_mj.load_xml(xml)
 
 
-def test_open_hull():
-    with refused("is not closed: 3 of its 18 edges", "deck included"):
-        Hull(X, TRIANGLES[:-1])
-
-
-def test_neighbours_that_face_opposite_sides():
-    turned = TRIANGLES.copy()
-    turned[0] = turned[0, ::-1]
-    with refused("3 edges whose two triangles face opposite sides"):
-        Hull(X, turned)
-
-
-def test_normals_that_point_inwards():
-    with refused("encloses a volume of -1.2 m3", "normals point inwards"):
-        Hull(X, TRIANGLES[:, ::-1])
-
-
-def test_triangles_without_area():
-    x = X.copy()
-    x[0] = 0.5 * (x[1] + x[2])
-    flat = x.copy()
-    flat[:] = x[0]
-    with refused("12 triangles without area"):
-        Hull(flat, TRIANGLES)
-
-
-def test_empty_and_not_finite():
-    with refused("has 0 triangles"):
-        Hull(X, TRIANGLES[:0])
-    x = X.copy()
-    x[3, 1] = np.nan
-    with refused("1 coordinates that are not finite"):
-        Hull(x, TRIANGLES)
-
-
-def test_too_many_triangles():
-    fine = trimesh.creation.icosphere(4)
+def test_too_many_triangles_for_panels(tmp_path):
+    trimesh.creation.icosphere(4).export(tmp_path / "fine.obj")
     with refused("5120 triangles and 2562 vertices", "2048 and 1024", "prepare_hull"):
-        Hull(np.asarray(fine.vertices), np.asarray(fine.faces))
+        floating(tmp_path / "fine.obj")
 
 
 def test_panels_without_a_mesh():
@@ -183,7 +136,7 @@ def test_panels_with_constant_buoyancy(tmp_path):
 
 
 def test_hull_that_sinks(tmp_path):
-    hull = Hull(X, TRIANGLES)
+    hull = HullMesh(X, TRIANGLES)
     with refused("is to displace 1.95122 m3 but encloses 1.2 m3", "check the mass"):
         equilibrium(hull, 2000.0, (0, 0, 0), 1025.0)
     with refused("is to displace 0 m3"):
@@ -194,19 +147,39 @@ def test_hull_that_sinks(tmp_path):
 
 
 def test_waterplane_of_a_turned_box():
-    hull = Hull(X + np.array([0.3, -0.1, 0.0]), TRIANGLES)
-    state = hydrostatics(hull)
+    hull = HullMesh(X + np.array([0.3, -0.1, 0.0]), TRIANGLES)
+    state = afloat(hull)
     assert state.waterplane_area == pytest.approx(2.0, rel=1e-12)
-    np.testing.assert_allclose(state.waterplane_moment, [0.6, -0.2], atol=1e-12)
-    expected = [[2 * (1 / 3 + 0.09), -0.06], [-0.06, 2 * (1 / 12 + 0.01)]]
-    np.testing.assert_allclose(state.waterplane_inertia, expected, atol=1e-12)
-    np.testing.assert_allclose(state.center, [0.3, -0.1, -0.15], atol=1e-12)
+    np.testing.assert_allclose(state.waterplane_center, [0.3, -0.1], atol=1e-12)
+    expected = [2 * (1 / 3 + 0.09), 2 * (1 / 12 + 0.01), -0.06]
+    np.testing.assert_allclose(state.waterplane_moments, expected, atol=1e-12)
+    np.testing.assert_allclose(state.center_of_buoyancy, [0.3, -0.1, -0.15], atol=1e-12)
     assert state.volume == pytest.approx(0.6, rel=1e-12)
     assert state.wetted_surface == pytest.approx(2.0 + 6.0 * 0.3, rel=1e-12)
 
 
+def test_poses_go_there_and_back():
+    pose = Pose(0.2, 0.4, -0.3)
+    np.testing.assert_allclose(pose.place(np.zeros(3)), [0, 0, 0.2], atol=1e-15)
+    # positive roll lifts port, positive pitch lowers the bow
+    assert Pose(0, 0.1, 0).place([0, 1, 0])[2] > 0 > Pose(0, 0, 0.1).place([1, 0, 0])[2]
+    np.testing.assert_allclose(pose.body(pose.place(X)), X, atol=1e-15)  # 3e-16
+
+
+def test_dry_and_drowned_hull():
+    """Nothing wet: no forces; all wet: the whole volume and no waterplane."""
+    hull = HullMesh(X, TRIANGLES)
+    dry = afloat(hull, Pose(1.0, 0.3, 0.2))
+    assert (dry.volume, dry.wetted_surface, dry.waterplane_area, dry.draught) == (0, 0, 0, 0)
+    np.testing.assert_array_equal(dry.center_of_buoyancy, 0)
+    deep = afloat(hull, Pose(-3.0, 0.3, 0.2))
+    assert deep.volume == pytest.approx(1.2, rel=1e-12)
+    assert deep.waterplane_area == 0 and np.isnan(deep.waterplane_center).all()
+    np.testing.assert_allclose(deep.center_of_buoyancy, [0, 0, -3], atol=1e-12)
+
+
 def test_unstable_hull_has_negative_righting_arms():
-    hull = Hull(X, TRIANGLES)
+    hull = HullMesh(X, TRIANGLES)
     assert righting_arms(hull, 0.6, (0, 0, 0.6), [0.1])[0] < 0 < righting_arms(
         hull, 0.6, (0, 0, 0), [0.1]
     )[0]  # fmt: skip
@@ -214,7 +187,7 @@ def test_unstable_hull_has_negative_righting_arms():
 
 def test_equilibrium_rolls_over_to_the_stable_side():
     """A CG a little off makes the unstable box find its angle of loll."""
-    hull = Hull(X, TRIANGLES)
+    hull = HullMesh(X, TRIANGLES)
     pose = equilibrium(hull, 615.0, (0, 0.001, 0.35))
     assert abs(pose.roll) > 0.2
     arm = righting_arms(hull, 0.6, (0, 0.001, 0.35), [pose.roll - 0.02, pose.roll + 0.02])
@@ -229,10 +202,10 @@ def test_coarse_ball_keeps_volume_and_shape():
     hull = prepare_hull(fine.vertices, fine.faces, 400)
     assert len(hull.triangles) <= 400
     assert hull.volume == pytest.approx(fine.volume, rel=1e-12)
-    half = hydrostatics(hull)
+    half = afloat(hull)
     # measured 0.02 % of the volume, 1 mm, and 1.1 cm at the vertices
     assert half.volume == pytest.approx(fine.volume / 2, rel=0.005)
-    np.testing.assert_allclose(half.center, [0, 0, -3 / 8], atol=0.005)
+    np.testing.assert_allclose(half.center_of_buoyancy, [0, 0, -3 / 8], atol=0.005)
     np.testing.assert_allclose(np.linalg.norm(hull.vertices, axis=1), 1.0, atol=0.03)
 
 
@@ -242,7 +215,13 @@ def test_hull_without_deck_is_closed():
     loose = X[TRIANGLES[~lid][:, ::-1]].reshape(-1, 3)
     hull = prepare_hull(loose, np.arange(len(loose)).reshape(-1, 3))
     assert hull.volume == pytest.approx(1.2, rel=1e-12)
-    assert hydrostatics(hull).volume == pytest.approx(0.6, rel=1e-12)
+    assert afloat(hull).volume == pytest.approx(0.6, rel=1e-12)
+
+
+def test_mixed_windings_are_turned():
+    mixed = TRIANGLES.copy()
+    mixed[:5] = mixed[:5, ::-1]
+    assert prepare_hull(X, mixed).volume == pytest.approx(1.2, rel=1e-12)
 
 
 def test_two_hulls():

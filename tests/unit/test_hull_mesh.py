@@ -7,15 +7,16 @@ import trimesh
 
 from marine_mj.errors import ModelError
 from marine_mj.hydrodynamics.bem.convergence import Convergence, richardson
-from marine_mj.hydrodynamics.bem.cut import cut, is_mirrored
-from marine_mj.hydrodynamics.bem.hydrostatics import hydrostatics
-from marine_mj.hydrodynamics.bem.mesh import check_mesh, find_hull, read_mesh
-from marine_mj.hydrodynamics.bem.panels import from_triangles, lid, rectangle
+from marine_mj.hydrodynamics.bem.find import find_hull
+from marine_mj.hydrodynamics.bem.panels import from_triangles, is_mirrored, lid, rectangle
 from marine_mj.hydrodynamics.bem.remesh import remesh
 from marine_mj.hydrodynamics.bem.rigid_body import rigid_body
 from marine_mj.hydrodynamics.bem.settings import Settings
 from marine_mj.hydrodynamics.bem.study import read_hull
 from marine_mj.hydrodynamics.coefficients import read_coefficients
+from marine_mj.hydrodynamics.cut import cut
+from marine_mj.hydrodynamics.hydrostatics import hydrostatics
+from marine_mj.hydrodynamics.mesh import HullMesh, read_mesh
 
 LENGTH, BEAM, DRAUGHT = 5.0, 1.5, 0.3
 
@@ -34,37 +35,45 @@ def box_file(tmp_path):
     return saved(box(), tmp_path / "box.stl")
 
 
-def without(mesh, *faces):
-    """The mesh without some faces."""
-    keep = np.setdiff1d(np.arange(len(mesh.faces)), faces)
-    return trimesh.Trimesh(mesh.vertices, mesh.faces[keep], process=False)
+def refused(vertices, faces, message):
+    """Expect that a mesh is refused with a message that fits."""
+    with pytest.raises(ModelError, match=message):
+        HullMesh(np.asarray(vertices), np.asarray(faces))
+
+
+def test_formats_give_the_same_hull(tmp_path):
+    for kind in ("obj", "stl", "ply"):
+        hull = read_mesh(saved(box(), tmp_path / f"box.{kind}"))
+        assert len(hull.vertices) == 8
+        # STL keeps single precision
+        assert hull.volume == pytest.approx(LENGTH * BEAM * 1.3, rel=1e-6)
 
 
 def test_open_edges_are_counted_and_placed():
-    with pytest.raises(ModelError, match=r"hull is not watertight: 3 open edges of 18, .*close"):
-        check_mesh(without(box(), 0), "hull")
+    message = r"hull mesh 'hull' is not closed: 3 open edges of 18, .*deck included"
+    refused(box().vertices, box().faces[1:], message)
 
 
 def test_wall_inside_is_refused():
-    mesh = box()
-    faces = np.vstack([mesh.faces, mesh.faces[:1]])
-    with pytest.raises(ModelError, match="3 edges with more than two faces"):
-        check_mesh(trimesh.Trimesh(mesh.vertices, faces, process=False), "hull")
+    faces = np.vstack([box().faces, box().faces[:1]])
+    refused(box().vertices, faces, "3 edges with more than two triangles")
 
 
-def test_degenerate_faces_are_refused():
-    mesh = box()
-    faces = np.vstack([mesh.faces, [[0, 0, 1]]])
-    with pytest.raises(ModelError, match=r"1 degenerate faces of 13 .*--repair"):
-        check_mesh(trimesh.Trimesh(mesh.vertices, faces, process=False), "hull")
+def test_degenerate_triangles_are_refused():
+    faces = np.vstack([box().faces, [[0, 0, 1]]])
+    refused(box().vertices, faces, r"1 triangles of 13 without area, .*--repair and prepare_hull")
+    refused(0 * box().vertices, box().faces, "12 triangles of 12 without area")
 
 
-def test_vertices_that_are_not_finite_are_refused():
-    mesh = box()
-    vertices = np.array(mesh.vertices)
+def test_empty_and_not_finite():
+    refused(box().vertices, box().faces[:0], "has 0 triangles; needed is a closed surface")
+    vertices = np.array(box().vertices)
     vertices[3, 1] = np.nan
-    with pytest.raises(ModelError, match="1 vertices that are not finite"):
-        check_mesh(trimesh.Trimesh(vertices, mesh.faces, process=False), "hull")
+    refused(vertices, box().faces, "1 vertices that are not finite, the first .* nan")
+
+
+def test_neighbours_that_face_opposite_sides():
+    refused(box().vertices, turned(box(), 1).faces, "3 of 18 edges have triangles wound against")
 
 
 def turned(mesh, count):
@@ -79,19 +88,24 @@ def test_winding_is_repaired_only_when_asked(tmp_path):
     with pytest.raises(ModelError, match=r"normals point inwards \(enclosed volume -9.75 m3"):
         read_mesh(inward)
     mixed = saved(turned(box(), 5), tmp_path / "mixed.ply")
-    with pytest.raises(ModelError, match=r"of 18 edges have faces wound against each other"):
+    with pytest.raises(ModelError, match=r"of 18 edges have triangles wound against each other"):
         read_mesh(mixed)
-    for file in (inward, mixed):
+    doubled = box()
+    doubled.faces = np.vstack([doubled.faces, doubled.faces[:2], [[0, 0, 1]]])
+    many = saved(doubled, tmp_path / "doubled.ply")
+    with pytest.raises(ModelError, match="1 triangles of 15 without area"):
+        read_mesh(many)
+    for file in (inward, mixed, many):
         assert read_mesh(file, repair=True).volume == pytest.approx(LENGTH * BEAM * 1.3)
 
 
 def test_files_that_are_no_hull(tmp_path):
     (tmp_path / "text.stl").write_text("hello")
-    with pytest.raises(ModelError, match=r"text.stl (cannot be read|has no faces)"):
+    with pytest.raises(ModelError, match=r"'text.stl' (cannot be read as a|has 0) triangle"):
         read_mesh(tmp_path / "text.stl")
     with pytest.raises(ModelError, match="scale is -1; allowed is a finite number above 0"):
         read_mesh(tmp_path / "text.stl", scale=-1)
-    with pytest.raises(ModelError, match=r"hull mesh 'none.stl' does not exist; looked for"):
+    with pytest.raises(ModelError, match=r"hull mesh 'none.stl' does not exist; it is looked"):
         find_hull("none.stl")
     with pytest.raises(ModelError, match="unknown vehicle 'titanic'"):
         find_hull("titanic")
@@ -123,7 +137,7 @@ def test_vehicle_names_its_hull(tmp_path):
     )
     assert not hull.notes
     (folder / "boat.xml").write_text(VEHICLE.format("other.stl"))
-    with pytest.raises(ModelError, match=r"hull mesh 'other.stl' of .* does not exist; looked for"):
+    with pytest.raises(ModelError, match=r"hull mesh 'other.stl' does not exist; it is looked"):
         read_hull(str(folder))
 
 
@@ -145,6 +159,7 @@ def test_settings_that_are_not_allowed(box_file):
         ({"inertia": (1, 2, 3), "gyration": (1, 2, 3)}, "both inertia and radii"),
         ({"inertia": (1, -2, 3)}, r"inertia = \[1, -2, 3\]; allowed are 3 numbers above 0"),
         ({"center_of_mass": (0.0, 1.0)}, r"center_of_mass is \[0.0, 1.0\]; allowed are 3 finite"),
+        ({"draught": 1e-7}, "box.stl encloses 0 m3, must be > 0: give a larger --draught"),
         ({"waterline": -2.0}, "lies above the water: its lowest point is 1.7 m above"),
     ):
         with pytest.raises(ModelError, match=message):
@@ -209,6 +224,15 @@ def test_cut_of_a_sphere_keeps_the_half_and_its_border_on_the_plane():
     assert hydrostatics(points, faces).volume == pytest.approx(cap, rel=0.02)  # 1.0 % of facets
 
 
+def test_cut_snaps_only_what_is_close_and_only_if_asked():
+    """Vertices 1 um above the plane: a sliver of its own, or part of the plane."""
+    mesh = box(center=(0, 0, 1.3 / 2 + 1e-6))
+    lowered = mesh.vertices - [0, 0, 2e-6]  # the bottom 1 um below
+    assert hydrostatics(*cut(lowered, mesh.faces, 2, -1)).volume == pytest.approx(7.5e-6, rel=1e-6)
+    assert len(cut(lowered, mesh.faces, 2, -1, snap=1e-6)[1]) == 0
+    assert len(cut(mesh.vertices, mesh.faces, 2, 1, snap=1e-6)[1]) == 10  # no bottom
+
+
 def test_mirror_planes_are_found():
     mesh = box(center=(1.0, 0.0, 0.0))
     assert is_mirrored(mesh.vertices, 1) and not is_mirrored(mesh.vertices, 0)
@@ -262,7 +286,7 @@ def test_lid_fills_the_waterplane_of_two_hulls_with_a_moonpool():
 
 
 def test_uniform_box_is_its_own_assumed_inertia():
-    mesh = box()
+    mesh = HullMesh(box().vertices, box().faces)
     body = rigid_body(mesh, 2306.25, np.array([0, 0, -0.15]))
     expected = 2306.25 / 12 * np.array([1.5**2 + 1.3**2, 25 + 1.3**2, 25 + 1.5**2])
     np.testing.assert_allclose(np.diag(body.inertia), expected, rtol=1e-9)

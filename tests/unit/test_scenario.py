@@ -3,7 +3,7 @@
 import pytest
 
 from marine_mj.errors import ScenarioError
-from marine_mj.scenario import Scenario, packaged_scenarios
+from marine_mj.scenario import Scenario
 
 BASE = """
 name = "test"
@@ -15,7 +15,7 @@ name = "dock"
 """
 
 
-@pytest.mark.parametrize("name", packaged_scenarios())
+@pytest.mark.parametrize("name", Scenario.packaged())
 def test_packaged_scenarios_are_valid_and_survive_the_round_trip(name):
     scenario = Scenario.load(name)
     assert Scenario.from_toml(scenario.to_toml()) == scenario

@@ -6,12 +6,13 @@
 
 from marine_mj.hydrodynamics.bem.convergence import Convergence, convergence, richardson
 from marine_mj.hydrodynamics.bem.database import save_database, wave_database
-from marine_mj.hydrodynamics.bem.hydrostatics import Hydrostatics, hydrostatics
-from marine_mj.hydrodynamics.bem.mesh import check_mesh, find_hull, read_mesh
+from marine_mj.hydrodynamics.bem.find import find_hull
 from marine_mj.hydrodynamics.bem.rao import motion_raos, natural_periods, rao
 from marine_mj.hydrodynamics.bem.settings import Settings
 from marine_mj.hydrodynamics.bem.solver import Solution, solve
 from marine_mj.hydrodynamics.bem.study import Hull, analyse, read_hull
+from marine_mj.hydrodynamics.hydrostatics import Hydrostatics, hydrostatics
+from marine_mj.hydrodynamics.mesh import read_mesh
 
 __all__ = [
     "Convergence",
@@ -20,7 +21,6 @@ __all__ = [
     "Settings",
     "Solution",
     "analyse",
-    "check_mesh",
     "convergence",
     "find_hull",
     "hydrostatics",

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
-from marine_mj.hydrodynamics.bem.hydrostatics import Hydrostatics
 from marine_mj.hydrodynamics.bem.solver import Solution
+from marine_mj.hydrodynamics.hydrostatics import Hydrostatics
 from marine_mj.hydrodynamics.raos import DOFS
 
 if TYPE_CHECKING:

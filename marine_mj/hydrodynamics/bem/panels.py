@@ -129,3 +129,13 @@ def lid(hull: Panels, size: float) -> Panels | None:
                 for j in range(count)
             ]
     return Panels(np.array(cells, dtype=float), hull.mirrors) if cells else None
+
+
+def is_mirrored(points: Array, axis: int) -> bool:
+    """Whether every vertex has its mirror image across the plane, to 1e-4 of the extent."""
+    from scipy.spatial import cKDTree  # here: slow to import
+
+    image = np.array(points, dtype=float)
+    image[:, axis] *= -1
+    tolerance = 1e-4 * float(np.ptp(points, axis=0).max())
+    return bool(cKDTree(points).query(image)[0].max() <= tolerance)

@@ -8,6 +8,7 @@ import trimesh
 
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array, skew
+from marine_mj.hydrodynamics.mesh import HullMesh
 
 #: Largest difference of mass and displaced mass that a hull at rest may have.
 IMBALANCE = 0.05
@@ -35,7 +36,7 @@ class RigidBody:
 
 
 def rigid_body(
-    mesh: trimesh.Trimesh,
+    mesh: HullMesh,
     displaced_mass: float,
     center_of_buoyancy: Array,
     *,
@@ -67,6 +68,7 @@ def rigid_body(
     for name, values in (("inertia", inertia), ("radii of gyration", gyration)):
         if values is not None and not (len(values) == 3 and min(values) > 0):
             raise ModelError(f"{name} = {list(values)}; allowed are 3 numbers above 0 (x y z)")
+    solid = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
     assumed = []
     if mass is None:
         mass = displaced_mass
@@ -77,7 +79,7 @@ def rigid_body(
             f"{100 * IMBALANCE:g} %: change the mass or the waterline"
         )
     if center_of_mass is None:
-        center = np.append(center_of_buoyancy[:2], mesh.center_mass[2])
+        center = np.append(center_of_buoyancy[:2], solid.center_mass[2])
         assumed.append("centre of gravity: height of the mesh's centroid, over the buoyancy")
     else:
         center = np.asarray(center_of_mass, dtype=float)
@@ -88,6 +90,6 @@ def rigid_body(
     elif gyration is not None:
         matrix = mass * np.diag(np.asarray(gyration, dtype=float) ** 2)
     else:
-        matrix = np.asarray(mesh.moment_inertia) * mass / mesh.volume
+        matrix = np.asarray(solid.moment_inertia) * mass / solid.volume
         assumed.append("inertia: the closed mesh with uniform density")
     return RigidBody(float(mass), center, matrix, tuple(assumed))

@@ -10,17 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import trimesh
 
 from marine_mj.environment import wavenumber
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
-from marine_mj.hydrodynamics.bem.cut import cut, is_mirrored
 from marine_mj.hydrodynamics.bem.database import hydrostatic_variables, wave_database
 from marine_mj.hydrodynamics.bem.drift import database_drift
-from marine_mj.hydrodynamics.bem.hydrostatics import Hydrostatics, hydrostatics
-from marine_mj.hydrodynamics.bem.mesh import find_hull, read_mesh
-from marine_mj.hydrodynamics.bem.panels import Panels, from_triangles, lid
+from marine_mj.hydrodynamics.bem.find import find_hull
+from marine_mj.hydrodynamics.bem.panels import Panels, from_triangles, is_mirrored, lid
 from marine_mj.hydrodynamics.bem.rao import (
     drag_motion_raos,
     motion_raos,
@@ -31,12 +28,17 @@ from marine_mj.hydrodynamics.bem.remesh import remesh
 from marine_mj.hydrodynamics.bem.rigid_body import RigidBody, rigid_body
 from marine_mj.hydrodynamics.bem.settings import Settings, check_settings
 from marine_mj.hydrodynamics.bem.solver import Solution, check_panels, solve
+from marine_mj.hydrodynamics.cut import cut
+from marine_mj.hydrodynamics.hydrostatics import Hydrostatics, hydrostatics
+from marine_mj.hydrodynamics.mesh import HullMesh, read_mesh
 
 if TYPE_CHECKING:
     import xarray as xr
 
 #: Panels of the whole hull that the default panel size aims at.
 DEFAULT_PANELS = 700
+#: Vertices this close to a cut, as a share of the extent, are moved onto it: no sliver panels.
+SNAP = 1e-6
 #: Default frequencies over sqrt(g / L): waves from 60 to 1/4 hull lengths.
 DEFAULT_OMEGA = np.linspace(0.32, 5.0, 40)
 DEFAULT_DIRECTIONS = np.radians(np.arange(0.0, 360.0, 15.0))
@@ -63,7 +65,7 @@ class Hull:
     name: str
     source: str
     sha256: str
-    mesh: trimesh.Trimesh
+    mesh: HullMesh
     still: Hydrostatics
     body: RigidBody
     origin: Array
@@ -98,7 +100,7 @@ class Hull:
         if self.settings.symmetry:
             mirrors = tuple(axis for axis in (1, 0) if is_mirrored(self.mesh.vertices, axis))
         for axis in mirrors:
-            points, faces = cut(points, faces, axis, 1)
+            points, faces = cut(points, faces, axis, 1, SNAP)
         hull = from_triangles(*remesh(points, faces, size), mirrors)
         floats = self.settings.lid and self.still.waterplane_area > 0 and not self.unbounded
         return hull, lid(hull, size) if floats else None
@@ -121,14 +123,14 @@ def read_hull(name: str, settings: Settings | None = None) -> Hull:
         settings: see `Settings`.
 
     Raises:
-        ModelError: the mesh is unfit (`read_mesh`), lies above the water, floats and sinks by
-            different masses (`rigid_body`), or a setting is not allowed.
+        ModelError: the mesh is unfit (`read_mesh`), lies above the water or only touches it,
+            floats and sinks by different masses (`rigid_body`), or a setting is not allowed.
     """
     settings = settings or Settings()
     check_settings(settings)
     file, vehicle = find_hull(name)
     mesh = read_mesh(file, settings.scale, settings.repair)
-    bottom, top = (float(v) for v in mesh.bounds[:, 2])
+    bottom, top = float(mesh.vertices[:, 2].min()), float(mesh.vertices[:, 2].max())
     level = settings.waterline
     if settings.draught is not None:
         level = bottom + settings.draught
@@ -140,7 +142,7 @@ def read_hull(name: str, settings: Settings | None = None) -> Hull:
             f"the still water line z = {level:.4g} m; give --draught or --waterline"
         )
     shift = np.array([0.0, 0.0, -level])
-    mesh.apply_translation(shift)
+    mesh = mesh.moved(shift)
     under = top <= level
     unbounded = under if settings.submerged is None else settings.submerged
     notes = []
@@ -149,10 +151,15 @@ def read_hull(name: str, settings: Settings | None = None) -> Hull:
             f"the hull is {level - top:.3g} m under water: taken as deeply submerged, no waves "
             "(--waves for waves on it)"
         )
-    points, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    points, faces = mesh.vertices, mesh.triangles
     if not (unbounded or under):
-        points, faces = cut(points, faces, 2, -1)
-    still = hydrostatics(points, faces, floating=not (unbounded or under))
+        points, faces = cut(points, faces, 2, -1, SNAP)
+    still = hydrostatics(points, faces)
+    if still.volume <= 0:
+        raise ModelError(
+            f"the wetted surface of {file.name} encloses {still.volume:.4g} m3, must be > 0: give "
+            "a larger --draught or a higher --waterline"
+        )
     if not unbounded and np.isfinite(settings.depth) and still.draught >= settings.depth:
         raise ModelError(
             f"the draught {still.draught:.4g} m reaches the bottom at {settings.depth:g} m; "
@@ -226,7 +233,7 @@ def analyse(
         keep=s.drift,
         progress=progress,
     )
-    meshed = hydrostatics(*panels.triangles(), floating=hull.still.waterplane_area > 0)
+    meshed = hydrostatics(*panels.triangles())
     viscous, motions = _response(hull, solution)
     k = np.array([float(wavenumber(w, s.depth, s.gravity)) for w in solution.omega])
     deep = "infinite depth" if np.isinf(s.depth) else f"depth {s.depth:g} m"

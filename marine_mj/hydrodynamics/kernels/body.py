@@ -6,7 +6,12 @@ from numba import njit
 
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.kernels import elements
-from marine_mj.hydrodynamics.kernels.equations import body_twist, load_axes, turn_rate
+from marine_mj.hydrodynamics.kernels.equations import (
+    body_twist,
+    load_axes,
+    relative_velocity,
+    turn_rate,
+)
 from marine_mj.hydrodynamics.kernels.memory import advance, field, floats, scratch
 from marine_mj.hydrodynamics.kernels.water import (
     POINT,
@@ -106,21 +111,6 @@ def _water_at_body(table, p, R, x, time, points, wet, nu_w, acc_w):
     acc_w[1] -= acc_w[5] * mean
     acc_w[2] += acc_w[4] * mean
     return mean_wet
-
-
-@njit
-def _relative_to_particles(table, R, x, time, nu, flow):
-    """Linear velocity flow (3) of a floating body relative to the water particles around it.
-
-    RAOs leave no orbital motion in nu_r; what grows with the square of the relative velocity still
-    needs it: a hull that moves with the wave meets no flow.
-    """
-    step, out = scratch(3), scratch(POINT)
-    for i in range(3):
-        step[i] = 0.0
-    water_row(table, x, step, 1, time, True, False, out)
-    for i in range(3):
-        flow[i] = nu[i] - (R[i] * out[0] + R[3 + i] * out[1] + R[6 + i] * out[2])
 
 
 @njit
@@ -243,7 +233,9 @@ def body_loads(model, data, table, p, time, R, nu, f, inertia):
         nu_r[i] = nu[i] - nu_w[i]
         flow[i] = nu_r[i]
     if p[t_.B_SEAKEEPING] > 0.0:
-        _relative_to_particles(table, R, x, time, nu, flow)
+        # RAOs leave no orbital motion in nu_r; what grows with the square of the relative velocity
+        # still needs it: a hull that moves with the wave meets no flow
+        relative_velocity(table, R, x, time, True, nu, flow)
     A = advance(p, t_.B_ADDED_MASS)
     for i in range(36):
         inertia[i] = A[i]

@@ -11,13 +11,13 @@ from numba import njit
 
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.kernels.drift import drift
+from marine_mj.hydrodynamics.kernels.equations import runge_kutta
 from marine_mj.hydrodynamics.kernels.functions import sin_cos
 from marine_mj.hydrodynamics.kernels.memory import (
     advance,
     field,
     float_value,
     floats,
-    int_value,
     scratch,
 )
 from marine_mj.hydrodynamics.kernels.panels import panels
@@ -29,8 +29,6 @@ _XQUAT = field("d", "xquat")
 _XPOS = field("d", "xpos")
 _XMAT = field("d", "xmat")
 _TIMESTEP = field("m", "opt.timestep")
-_INTEGRATOR = field("m", "opt.integrator")
-_RK4 = 1  # mjINT_RK4
 _WAVES = t_.MAX_WAVES
 _PHASORS = 2 * t_.MAX_WAVES
 
@@ -141,7 +139,7 @@ def prescribed(model, data, table, q, body, R, nu, time, f, inertia):
     integrators, critically damped tracking for RK4 (physics of both: a spring to the path).
     """
     h = float_value(model, _TIMESTEP)
-    rk4 = int_value(model, _INTEGRATOR) == _RK4
+    rk4 = runge_kutta(model)
     small = scratch(40)
     x, v, a = small, advance(small, 6), advance(small, 12)
     _motion(table, q, time if rk4 else time + h, x, v, a)

@@ -5,8 +5,8 @@ import math
 from numba import njit
 
 from marine_mj.hydrodynamics import table as t_
-from marine_mj.hydrodynamics.kernels.memory import advance, field, floats, ints, scratch
-from marine_mj.hydrodynamics.kernels.water import FAST
+from marine_mj.hydrodynamics.kernels.memory import advance, field, floats, int_value, ints, scratch
+from marine_mj.hydrodynamics.kernels.water import FAST, POINT, water_row
 
 _XPOS = field("d", "xpos")
 _XMAT = field("d", "xmat")
@@ -25,9 +25,31 @@ _JOINT_DOF = field("m", "jnt_dofadr")
 _ROW_ADDRESS = field("m", "M_rowadr")
 _ROW_LENGTH = field("m", "M_rownnz")
 _FREE, _BALL = 0, 1  # mjJNT_FREE, mjJNT_BALL
+_INTEGRATOR = field("m", "opt.integrator")
+_RK4 = 1  # mjINT_RK4
 
 _CHAIN_VALUES = 6 * t_.MAX_CHAIN
 _NUMBER_OF_CAUSES = len(t_.CAUSES)
+
+
+@njit
+def runge_kutta(model):
+    """Whether the model is integrated by RK4; the other integrators are semi-implicit."""
+    return int_value(model, _INTEGRATOR) == _RK4
+
+
+@njit
+def relative_velocity(table, R, x, time, orbital, nu, flow):
+    """Velocity flow (3) of a body relative to the water at its origin x, axes R.
+
+    orbital: with the orbital motion of the waves, or relative to the current alone.
+    """
+    step, water = scratch(3), scratch(POINT)
+    for i in range(3):
+        step[i] = 0.0
+    water_row(table, x, step, 1, time, orbital, False, water)
+    for i in range(3):
+        flow[i] = nu[i] - (R[i] * water[0] + R[3 + i] * water[1] + R[6 + i] * water[2])
 
 
 @njit

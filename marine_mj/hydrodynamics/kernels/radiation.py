@@ -12,24 +12,26 @@ the position, and not late by a step. RK4 gets the derivative and the states as 
 from numba import njit
 
 from marine_mj.hydrodynamics import table as t_
-from marine_mj.hydrodynamics.kernels.equations import body_twist, load_axes
+from marine_mj.hydrodynamics.kernels.equations import (
+    body_twist,
+    load_axes,
+    relative_velocity,
+    runge_kutta,
+)
 from marine_mj.hydrodynamics.kernels.functions import exponential, sin_cos
 from marine_mj.hydrodynamics.kernels.memory import (
     advance,
     field,
     float_value,
     floats,
-    int_value,
     scratch,
 )
-from marine_mj.hydrodynamics.kernels.water import FAST, POINT, water_row
+from marine_mj.hydrodynamics.kernels.water import FAST
 
 _ACT = field("d", "act")
 _ACT_DOT = field("d", "act_dot")
 _XPOS = field("d", "xpos")
 _TIMESTEP = field("m", "opt.timestep")
-_INTEGRATOR = field("m", "opt.integrator")
-_RK4 = 1  # mjINT_RK4
 _POLES = t_.MAX_POLES
 
 
@@ -51,12 +53,8 @@ def _step_integrals(q, h, real, imag):
 @njit
 def _relative_twist(table, p, R, x, time, nu, out):
     """nu (6) relative to the current at the body origin x, axes R."""
-    step, water = scratch(3), scratch(POINT)
+    relative_velocity(table, R, x, time, False, nu, out)
     for i in range(3):
-        step[i] = 0.0
-    water_row(table, x, step, 1, time, False, False, water)
-    for i in range(3):
-        out[i] = nu[i] - (R[i] * water[0] + R[3 + i] * water[1] + R[6 + i] * water[2])
         out[3 + i] = nu[3 + i]
 
 
@@ -67,7 +65,7 @@ def memory(model, data, table, p, q, R, nu, time, f):
     nu_r = scratch(6)
     _relative_twist(table, p, R, x, time, nu, nu_r)
     all_real, all_imag = scratch(_POLES), scratch(_POLES)
-    ahead = int_value(model, _INTEGRATOR) != _RK4
+    ahead = not runge_kutta(model)
     if ahead:
         _step_integrals(q, float_value(model, _TIMESTEP), all_real, all_imag)
     count = int(q[t_.MM_POLES])
@@ -106,7 +104,7 @@ def _rates(model, data, q, nu_r):
     """Rates of the states of one body into act_dot."""
     all_real, all_imag = scratch(_POLES), scratch(_POLES)
     h = float_value(model, _TIMESTEP)
-    held = int_value(model, _INTEGRATOR) != _RK4
+    held = not runge_kutta(model)
     if held:
         _step_integrals(q, h, all_real, all_imag)
     count = int(q[t_.MM_POLES])
