@@ -64,11 +64,20 @@ def status_command(file: File, out: Out = None) -> None:
     table.add_row("campaign", found.name)
     table.add_row("folder", str(folder))
     table.add_row("state", found.state)
-    table.add_row("finished", f"{found.progress.done} of {found.progress.total} runs")
+    of = f" of {found.progress.total}" if found.progress.total else ""
+    table.add_row("finished", f"{found.progress.done}{of} runs")
     table.add_row("errors", str(found.progress.errors))
-    low, high = found.interval
-    table.add_row("success", f"{found.progress.successes} (95 % {low:.3f} to {high:.3f})")
+    if found.progress.total:
+        low, high = found.interval
+        table.add_row("success", f"{found.progress.successes} (95 % {low:.3f} to {high:.3f})")
     console.print(table)
+    if found.searches:
+        levels = Table("cell", "repetition", "level", "metric", "probability beyond", box=None)
+        for s in found.searches:
+            for i, (metric, p) in enumerate(zip(s.metrics, s.probabilities, strict=True)):
+                names = (str(s.cell), str(s.repetition), str(i + 1))
+                levels.add_row(*names, f"{metric:.6g}", f"{p:.3g}")
+        console.print(levels)
 
 
 @campaign_app.command("report")
@@ -78,6 +87,10 @@ def report_command(file: File, out: Out = None) -> None:
 
     folder = _folder(file, out)
     found = report(folder)
+    if "event" in found:
+        console.print(_rare_table(found))
+        console.print(f"wrote {folder / 'report'}", soft_wrap=True)
+        return
     table = Table("cell", "factors", "runs", "success", "95 % interval", box=None, pad_edge=False)
     for cell in found["cells"]:
         factors = ", ".join(f"{k} {v}" for k, v in cell["factors"].items())
@@ -86,6 +99,21 @@ def report_command(file: File, out: Out = None) -> None:
         table.add_row(str(cell["cell"]), factors, str(cell["n"]), share, interval)
     console.print(table)
     console.print(f"wrote {folder / 'report'}", soft_wrap=True)
+
+
+def _rare_table(found: dict[str, Any]) -> Table:
+    """Probabilities of a rare event and the runs to look at."""
+    table = Table("cell", "factors", "runs", found["event"], "cov", "95 % interval", "worst runs")
+    table.box, table.pad_edge = None, False
+    for cell in found["cells"]:
+        factors = ", ".join(f"{k} {v}" for k, v in cell["factors"].items())
+        p, cov, interval = f"not reached, below about {cell['at_most']:.2g}", "", ""
+        if cell["probability"] is not None:
+            p, cov = f"{cell['probability']:.3g}", f"{cell['cov']:.2f}"
+            interval = f"{cell['low']:.2g} to {cell['high']:.2g}"
+        worst = " ".join(str(w["run"]) for w in cell["worst"][:3])
+        table.add_row(str(cell["cell"]), factors, str(cell["runs"]), p, cov, interval, worst)
+    return table
 
 
 def replay_command(
@@ -156,8 +184,8 @@ def _run(
         )
         raise typer.Exit(1) from None
     console.print(
-        f"{done.done} of {done.total} runs, {done.successes} successes, {done.errors} errors; "
-        f"wrote {folder}. Next: marine-mj campaign report {folder}",
+        f"{done.done} of {done.total or done.done} runs, {done.successes} successes, "
+        f"{done.errors} errors; wrote {folder}. Next: marine-mj campaign report {folder}",
         soft_wrap=True,
         highlight=False,
     )
@@ -182,6 +210,7 @@ def _progress(total: int) -> Iterator[Callable[[Any], None]]:
         BarColumn(),
         MofNCompleteColumn(),
         TextColumn("{task.fields[failures]} without success, {task.fields[errors]} errors"),
+        TextColumn("{task.fields[note]}"),
         TimeElapsedColumn(),
         TextColumn("ETA"),
         TimeRemainingColumn(),
@@ -190,10 +219,12 @@ def _progress(total: int) -> Iterator[Callable[[Any], None]]:
     with Progress(
         *columns, console=errors, transient=True, disable=quiet, speed_estimate_period=3600
     ) as bar:
-        task = bar.add_task("runs", total=total, failures=0, errors=0)
+        task = bar.add_task("runs", total=total or None, failures=0, errors=0, note="")
 
         def tell(now: Any) -> None:
             failures = now.done - now.successes
-            bar.update(task, completed=now.done, failures=failures, errors=now.errors)
+            bar.update(
+                task, completed=now.done, failures=failures, errors=now.errors, note=now.note
+            )
 
         yield tell

@@ -35,6 +35,9 @@ class Sea(Settings):
         period: of the regular wave, s.
         direction_deg: towards which the waves travel, clockwise from north.
         components: number of wave components.
+        normals: 2 N standard normals for N components: the sea is `environment.gaussian_sea` of
+            them, so that its amplitudes are random too; the seed then draws frequencies and
+            directions only. Left out: `irregular_sea`.
         frequency_sampling: "random_in_bin" (does not repeat) or "midpoint" (docking study).
         spreading: exponent s of cos^2s directional spreading; left out: long-crested.
         depth: water depth, m; left out: deep water.
@@ -52,6 +55,7 @@ class Sea(Settings):
     period: Positive | None = None
     direction_deg: float = 0.0
     components: Annotated[int, Field(ge=1, le=500)] = 100
+    normals: tuple[float, ...] | None = None
     frequency_sampling: Literal["random_in_bin", "midpoint"] = "random_in_bin"
     spreading: Positive | None = None
     depth: Positive | None = None
@@ -81,6 +85,23 @@ class Sea(Settings):
             raise ValueError(
                 f'spectrum = "{self.spectrum}" needs sea_state (0 to 12), or '
                 "significant_wave_height and peak_period"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _normals_fit(self) -> "Sea":
+        """Refuse normals that are not two for each component of an irregular sea."""
+        if self.normals is None:
+            return self
+        if self.spectrum in ("none", "regular"):
+            raise ValueError(
+                f'normals make an irregular sea, but spectrum = "{self.spectrum}": leave them '
+                "out, or take the spectrum of an irregular sea"
+            )
+        if len(self.normals) != 2 * self.components:
+            raise ValueError(
+                f"normals has {len(self.normals)} numbers, allowed are {2 * self.components}: two "
+                f"for each of components = {self.components}"
             )
         return self
 

@@ -1,5 +1,7 @@
 """From a scenario's settings to the frozen environment of one run."""
 
+from typing import Any
+
 import numpy as np
 
 from marine_mj.environment import (
@@ -9,6 +11,7 @@ from marine_mj.environment import (
     Wind,
     calm,
     fluctuating_current,
+    gaussian_sea,
     gusty_wind,
     irregular_sea,
     regular_wave,
@@ -67,19 +70,19 @@ def _waves(sea: Sea, seed: np.random.SeedSequence) -> WaveField:
         return calm(depth)
     if sea.spectrum == "regular":
         return regular_wave(height, period, direction, depth=depth, stretching=sea.stretching)
-    return irregular_sea(
-        height,
-        period or None,
-        direction=direction,
-        spectrum=sea.spectrum,
-        gamma=sea.peak_enhancement,
-        components=sea.components,
-        seed=seed,
-        sampling=sea.frequency_sampling,
-        spreading=sea.spreading,
-        depth=depth,
-        stretching=sea.stretching,
-    )
+    shape: dict[str, Any] = {
+        "direction": direction,
+        "spectrum": sea.spectrum,
+        "gamma": sea.peak_enhancement,
+        "seed": seed,
+        "sampling": sea.frequency_sampling,
+        "spreading": sea.spreading,
+        "depth": depth,
+        "stretching": sea.stretching,
+    }
+    if sea.normals is not None:
+        return gaussian_sea(sea.normals, height, period or None, **shape)
+    return irregular_sea(height, period or None, components=sea.components, **shape)
 
 
 def _current(scenario: Scenario, duration: float, seed: np.random.SeedSequence) -> Current:

@@ -4,14 +4,15 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from marine_mj.campaign.chunks import Progress
     from marine_mj.campaign.plan import Plan
-    from marine_mj.campaign.runner import Progress, evaluate, load_plan, run_campaign
+    from marine_mj.campaign.runner import evaluate, load_plan, run_campaign
     from marine_mj.campaign.settings import Campaign
 
 _HOME = {
     "Campaign": "settings",
     "Plan": "plan",
-    "Progress": "runner",
+    "Progress": "chunks",
     "evaluate": "runner",
     "load_plan": "runner",
     "run_campaign": "runner",

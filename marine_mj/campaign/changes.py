@@ -41,7 +41,7 @@ def check_unchanged(
             f"code: {', '.join(what) or 'sources or models'} ({before['code'][:12]} -> "
             f"{now['code'][:12]})"
         )
-    old_runs, new_runs = before["campaign"]["runs"], now["campaign"]["runs"]
+    old_runs, new_runs = before["campaign"]["runs"] or 0, now["campaign"]["runs"] or 0
     if changes or new_runs < old_runs:
         if new_runs != old_runs:
             changes.insert(0, f"campaign.runs: {old_runs} -> {new_runs}")

@@ -34,6 +34,7 @@ _BYSTANDERS = {
 }
 
 
+@lru_cache(maxsize=1)
 def all_versions() -> dict[str, str]:
     """Versions of the packages that decide a run's numbers."""
     return versions() | {"scipy": scipy.__version__}

@@ -16,7 +16,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import xarray as xr
 
-from marine_mj.errors import CampaignError
+from marine_mj.analysis import SubsetState
+from marine_mj.errors import AnalysisError, CampaignError
 
 #: How long a look at the lock by `status` may keep a starting campaign waiting, s.
 _LOCK_PATIENCE = 0.5
@@ -29,12 +30,14 @@ class CampaignFolder:
         path: the folder.
         runs: its folder of Parquet files, one per chunk.
         trajectories: its folder of NetCDF files, one per chunk.
+        levels: its folder of states of searches for rare events, one per cell and repetition.
     """
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         self.runs = self.path / "runs"
         self.trajectories = self.path / "trajectories"
+        self.levels = self.path / "levels"
         self._parts = self.path / ".part"
 
     @property
@@ -165,6 +168,26 @@ class CampaignFolder:
         with self._atomic(self.runs / f"{name}.parquet") as part:
             pq.write_table(table, part, compression="zstd")
 
+    def write_state(self, name: str, state: SubsetState) -> None:
+        """Write the state of a search between two levels.
+
+        Raises:
+            CampaignError: no space, or the folder cannot be written; finished chunks are intact.
+        """
+        with self._writing(self.levels):
+            self.levels.mkdir(exist_ok=True)
+        with self._atomic(self.levels / f"{name}.npz") as part:
+            state.save(part)
+
+    def read_state(self, name: str) -> SubsetState | None:
+        """State of a search; None where there is none, or a damaged file.
+
+        The rows of its runs are all in the chunks, so that nothing is lost with the file.
+        """
+        with contextlib.suppress(OSError, AnalysisError):
+            return SubsetState.load(self.levels / f"{name}.npz")
+        return None
+
     def finished(self, name: str, runs: int) -> bool:
         """Whether a chunk's file is there with this number of runs.
 
@@ -182,6 +205,15 @@ class CampaignFolder:
                 f"{file.name}): move it away to compute them anew, or choose a new --out"
             )
         return False
+
+    def complete(self, first: int, end: int) -> bool:
+        """Whether the files of all runs from `first` up to `end` are there and can be read."""
+        rows = 0
+        for file in self.chunk_files():
+            if first <= first_run(file) < end:
+                with contextlib.suppress(OSError, pa.ArrowException):
+                    rows += pq.read_metadata(file).num_rows
+        return rows == end - first
 
     def chunk_files(self) -> list[Path]:
         """Parquet files of all finished chunks, in the order of their runs."""

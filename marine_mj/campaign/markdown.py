@@ -11,10 +11,10 @@ def markdown(found: dict[str, Any]) -> str:
         f"# Campaign {found['campaign']}",
         f"Scenario {found['scenario']}: {found['runs']} of {found['planned']} runs, "
         f"{found['errors']} ended with an error. Success in {whole['successes']}: probability "
-        f"{_text(whole['probability'])}, 95 % Wilson interval {_text(whole['low'])} to "
-        f"{_text(whole['high'])}.",
+        f"{shown(whole['probability'])}, 95 % Wilson interval {shown(whole['low'])} to "
+        f"{shown(whole['high'])}.",
         "## Success by cell",
-        _table(
+        table(
             ["cell", *_names(found), "runs", "successes", "probability", "low", "high", "errors"],
             (
                 [
@@ -31,7 +31,7 @@ def markdown(found: dict[str, Any]) -> str:
         rows = [
             [c["cell"], *(c["metrics"][metric].get(k) for k in columns)] for c in found["cells"]
         ]
-        parts += [f"## {metric}", _table(["cell", *columns], rows)]
+        parts += [f"## {metric}", table(["cell", *columns], rows)]
         fitted = [
             [c["cell"], kind, *_fit(c["metrics"][metric][kind])]
             for c in found["cells"]
@@ -40,11 +40,11 @@ def markdown(found: dict[str, Any]) -> str:
         ]
         if fitted:
             heads = ["cell", "fit", "parameters", "95 % from", "to"]
-            parts.append(_table(heads, fitted))
+            parts.append(table(heads, fitted))
     parts += _effects(found["effects"])
     if found["failures"]:
         rows = [[f["run"], f["cell"], f["reason"]] for f in found["failures"]]
-        parts += ["## Runs without success", _table(["run", "cell", "reason"], rows)]
+        parts += ["## Runs without success", table(["run", "cell", "reason"], rows)]
     parts += [f"![{name}]({name})" for name in found["figures"]]
     return "\n\n".join(parts) + "\n"
 
@@ -64,10 +64,10 @@ def _effects(found: Sequence[dict[str, Any]]) -> list[str]:
     parts = []
     if crossed:
         heads = ["factor", "output", "level", "mean", "effect", "share of variance"]
-        parts += ["## Effects of levels", _table(heads, crossed)]
+        parts += ["## Effects of levels", table(heads, crossed)]
     if random:
         heads = ["factor", "output", "n", "rank correlation", "p"]
-        parts += ["## Effects of random factors", _table(heads, random)]
+        parts += ["## Effects of random factors", table(heads, random)]
     return parts
 
 
@@ -78,18 +78,18 @@ def _names(found: dict[str, Any]) -> list[str]:
 
 def _fit(fit: dict[str, Any]) -> list[Any]:
     """Parameters and interval of a fit."""
-    parameters = ", ".join(f"{k} {_text(v)}" for k, v in fit.items() if k not in ("low", "high"))
+    parameters = ", ".join(f"{k} {shown(v)}" for k, v in fit.items() if k not in ("low", "high"))
     return [parameters, fit["low"], fit["high"]]
 
 
-def _table(heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
-    """A table."""
-    lines = [heads, ["---"] * len(heads), *([_text(v) for v in row] for row in rows)]
+def table(heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+    """A table with these heads."""
+    lines = [heads, ["---"] * len(heads), *([shown(v) for v in row] for row in rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def _text(value: Any) -> str:
-    """One cell."""
+def shown(value: Any) -> str:
+    """A value as text for one cell of a table; None is empty."""
     if value is None:
         return ""
     text = f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy import special
 from scipy.stats import qmc
 
 from marine_mj.campaign.distributions import quantile
@@ -18,8 +19,8 @@ from marine_mj.scenario import Scenario
 from marine_mj.simulation.recorder import COMMON
 from marine_mj.tasks.base import MarineTask
 
-#: First entries of the spawn keys: streams of the runs, and of the Latin hypercubes.
-_RUNS, _HYPERCUBES = 0, 1
+#: First entries of the spawn keys: streams of runs, Latin hypercubes and searches.
+_RUNS, _HYPERCUBES, _SEARCHES = 0, 1, 2
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class Plan:
         campaign: its settings.
         base: the scenario that all runs share, with `set` applied.
         cells: number of combinations of the crossed factors.
-        total: number of runs.
+        total: number of runs; 0 for a search for rare events, which finds out as it goes.
     """
 
     def __init__(self, campaign: Campaign, base: Scenario | None = None) -> None:
@@ -74,7 +75,7 @@ class Plan:
             for name, factor in self._random.items()
         }
         self.cells = math.prod(self._shape)
-        self.total = self.cells * campaign.runs
+        self.total = self.cells * (campaign.runs or 0)
         self.scenario(0)
 
     @classmethod
@@ -102,7 +103,7 @@ class Plan:
     def run(self, number: int) -> Run:
         """The run of a number from 0 to `total` - 1."""
         replicate, cell = divmod(number, self.cells)
-        stream = self._stream(replicate if self.campaign.common_seeds else number)
+        stream = self._stream(_RUNS, replicate, cell)
         seed = int(stream.generate_state(1)[0])
         units = np.random.default_rng(stream.spawn(1)[0]).random(len(self._random))
         for column, factor in enumerate(self._random.values()):
@@ -137,6 +138,39 @@ class Plan:
                 self._set(changes, key, value)
         return values, changes
 
+    def search_seed(self, replicate: int, cell: int) -> int:
+        """Seed of the Markov chains of a search for rare events."""
+        return int(self._stream(_SEARCHES, replicate, cell).generate_state(1)[0])
+
+    def dimension(self, cell: int) -> int:
+        """Number of standard normals that make a run of a cell in a search for rare events.
+
+        One for each random factor; with `rare.sea` two more for each component of the sea.
+        """
+        rare, factors = self.campaign.rare, len(self._random)
+        if rare is None or not rare.sea:
+            return factors
+        _, variation = self.at(np.full(factors, 0.5), cell)
+        return factors + 2 * self.base.with_values(variation).sea.components
+
+    def at_normals(self, u: Array, number: int, cell: int, replicate: int) -> Run:
+        """The run that standard normals mean: quantiles of the factors, then the sea.
+
+        All runs of a replicate have one seed, so that they differ by `u` only.
+
+        Args:
+            u: (`dimension`,) standard normals.
+            number: of the run.
+            cell: which combination of the crossed factors.
+            replicate: how manyth search of the cell.
+        """
+        factors = len(self._random)
+        values, variation = self.at(special.ndtr(u[:factors]), cell)
+        if len(u) > factors:
+            variation["sea.normals"] = [float(x) for x in u[factors:]]
+        seed = int(self._stream(_RUNS, replicate, cell).generate_state(1)[0])
+        return Run(number, cell, replicate, seed, values, {"seed": seed, **variation})
+
     def scenario(self, number: int) -> Scenario:
         """The whole scenario of a run."""
         return self.base.with_values(self.run(number).variation)
@@ -160,7 +194,11 @@ class Plan:
 
         for cell in self.levels_one_at_a_time():
             try:
-                self._check_signals(build_environment(self.scenario(cell), random=0).task)
+                scenario = self.scenario(cell)
+                if self.campaign.rare is not None:
+                    run = self.at_normals(np.ones(self.dimension(cell)), 0, cell, 0)
+                    scenario = self.base.with_values(run.variation)
+                self._check_signals(build_environment(scenario, random=0).task)
             except MarineMjError as error:
                 shown = ", ".join(f"{k} = {v!r}" for k, v in self.cell_factors(cell).items())
                 raise type(error)(f"{shown + ': ' if shown else ''}{error}") from None
@@ -188,8 +226,10 @@ class Plan:
         """Level of each crossed factor; the last factor changes fastest."""
         return tuple(int(i) for i in np.unravel_index(cell, self._shape)) if self._shape else ()
 
-    def _stream(self, *key: int) -> np.random.SeedSequence:
-        return np.random.SeedSequence(self.campaign.seed, spawn_key=(_RUNS, *key))
+    def _stream(self, kind: int, replicate: int, cell: int) -> np.random.SeedSequence:
+        """Random numbers of a replicate, the same in all cells where these share them."""
+        number = replicate if self.campaign.common_seeds else replicate * self.cells + cell
+        return np.random.SeedSequence(self.campaign.seed, spawn_key=(kind, number))
 
     @cached_property
     def _hypercubes(self) -> Array:
@@ -199,7 +239,7 @@ class Plan:
         for cell in range(count):
             key = np.random.SeedSequence(self.campaign.seed, spawn_key=(_HYPERCUBES, cell))
             sampler = qmc.LatinHypercube(len(self._random), rng=np.random.default_rng(key))
-            cubes.append(sampler.random(self.campaign.runs))
+            cubes.append(sampler.random(self.campaign.runs or 0))
         return np.array(cubes)
 
     def _set(self, changes: dict[str, Any], key: str, value: Any) -> None:

@@ -1,6 +1,7 @@
 """The report of a campaign: tables as JSON and Markdown, figures as PNG."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,8 @@ from marine_mj.campaign.figures import draw_figures
 from marine_mj.campaign.folder import CampaignFolder
 from marine_mj.campaign.markdown import markdown
 from marine_mj.campaign.plan import Plan
+from marine_mj.campaign.rare import COLUMNS
+from marine_mj.campaign.rare_report import draw_levels, rare_markdown, rare_report
 from marine_mj.campaign.runner import load_plan
 from marine_mj.campaign.table import schema
 from marine_mj.demo import write_json
@@ -31,7 +34,8 @@ def report(folder: str | Path) -> dict[str, Any]:
 
     Per cell: success probability with its Wilson interval, and of every metric mean with Student's
     interval, spread, quantiles and fitted distributions. Over all runs: convergence of the
-    success probability and effects of the factors (`marine_mj.campaign.effects`).
+    success probability and effects of the factors (`marine_mj.campaign.effects`). A search for
+    rare events has a report of its own (`marine_mj.campaign.rare_report`).
 
     Args:
         folder: of the campaign; it may still be running.
@@ -40,7 +44,10 @@ def report(folder: str | Path) -> dict[str, Any]:
         CampaignError: there is no campaign, or no run is finished.
     """
     plan, data = load_plan(folder), read_runs(folder)
-    campaign = plan.campaign
+    campaign, place = plan.campaign, CampaignFolder(folder)
+    if campaign.rare is not None:
+        rare = rare_report(plan, place, data)
+        return _write(folder, rare, lambda out: draw_levels(plan, place, out), rare_markdown)
     found: dict[str, Any] = {
         "campaign": campaign.name,
         "scenario": plan.base.name,
@@ -53,12 +60,22 @@ def report(folder: str | Path) -> dict[str, Any]:
         "effects": effects(campaign, data),
         "failures": _failures(data),
     }
+    return _write(folder, found, lambda out: draw_figures(found, campaign, data, out), markdown)
+
+
+def _write(
+    folder: str | Path,
+    found: dict[str, Any],
+    draw: Callable[[Path], list[str]],
+    page: Callable[[dict[str, Any]], str],
+) -> dict[str, Any]:
+    """The numbers of a report, written with its figures and its page."""
     out = Path(folder) / "report"
     try:
         out.mkdir(exist_ok=True)
-        found["figures"] = draw_figures(found, campaign, data, out)
+        found["figures"] = draw(out)
         write_json(out / "report.json", found)
-        (out / "report.md").write_text(markdown(found), encoding="utf-8")
+        (out / "report.md").write_text(page(found), encoding="utf-8")
     except OSError as error:
         raise CampaignError(f"cannot write the report to {str(out)!r}: {error}") from None
     return found
@@ -76,7 +93,9 @@ def read_runs(folder: str | Path) -> pd.DataFrame:
     if not files:
         raise CampaignError(f"no run of the campaign in {str(place.path)!r} is finished yet")
     long = ("summary", "scenario", "versions", "code", "git_revision")
-    columns = [name for name in schema(load_plan(folder).campaign).names if name not in long]
+    campaign = load_plan(folder).campaign
+    columns = [name for name in schema(campaign).names if name not in long]
+    columns += COLUMNS if campaign.rare is not None else ()
     tables = [place.read(file.stem, columns) for file in files]
     return pa.concat_tables(tables).to_pandas()
 

@@ -1,11 +1,11 @@
 """Running a campaign: what is missing is computed, written chunk by chunk, until it is enough."""
 
+import contextlib
 import datetime
-import hashlib
+import functools
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,52 +13,19 @@ import pyarrow.compute as pc
 
 from marine_mj.campaign import worker
 from marine_mj.campaign.changes import check_unchanged
+from marine_mj.campaign.chunks import Chunk, Progress, count, make_chunk
 from marine_mj.campaign.code import all_versions, fingerprint, git_revision
 from marine_mj.campaign.dispatch import dispatch
-from marine_mj.campaign.folder import CampaignFolder, chunk_name
-from marine_mj.campaign.plan import Plan, Run
+from marine_mj.campaign.folder import CampaignFolder
+from marine_mj.campaign.plan import Plan
 from marine_mj.campaign.pools import open_pool
+from marine_mj.campaign.search import search
 from marine_mj.campaign.settings import Campaign
 from marine_mj.campaign.stopping import StoppingMonitor
 from marine_mj.campaign.table import table
 from marine_mj.campaign.worker import Done, Work
 from marine_mj.errors import CampaignError
 from marine_mj.scenario import Scenario
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a campaign is.
-
-    Attributes:
-        done: finished runs.
-        total: runs of the whole campaign.
-        successes: finished runs that fulfil all conditions.
-        errors: finished runs that ended with an error.
-    """
-
-    done: int
-    total: int
-    successes: int
-    errors: int
-
-
-@dataclass(frozen=True)
-class Chunk:
-    """Runs that are done and written together.
-
-    Attributes:
-        name: of its files.
-        first: number of its first run.
-        runs, scenarios: the runs, and the scenario of each (or why it is not valid).
-        fingerprint: of code and models.
-    """
-
-    name: str
-    first: int
-    runs: list[Run]
-    scenarios: list[Any]
-    fingerprint: str
 
 
 def run_campaign(
@@ -80,7 +47,8 @@ def run_campaign(
 
     Args:
         plan: what to run.
-        folder: gets manifest.json, campaign.toml, runs/*.parquet, trajectories/*.nc, state.json.
+        folder: gets manifest.json, campaign.toml, runs/*.parquet, trajectories/*.nc, state.json;
+            with `rare` also levels/*.npz.
         resume: go on with a campaign that was started in this folder.
         extend: with `resume`, allow that `runs` grew.
         workers, cluster, executor: see `open_pool`.
@@ -93,18 +61,22 @@ def run_campaign(
         ScenarioError, ModelError: a level of a factor gives a scenario that cannot be built.
     """
     place = CampaignFolder(folder)
+    pool = functools.partial(open_pool, workers, cluster, executor)
     _check_start(place, resume)
     plan.check()
     place.create()
     with place.lock():
         _check_start(place, resume)
         totals = _open(plan, place, resume, extend)
+        if plan.campaign.rare is not None:
+            with contextlib.ExitStack() as stack:
+                return search(plan, place, lambda: stack.enter_context(pool()), progress, do)
         state = _State(plan, place, totals, progress)
         jobs = state.missing()
         # No workers are started for a campaign that is complete.
         for job in itertools.islice(jobs, 1):
-            with open_pool(workers, cluster, executor) as pool:
-                for first, done in dispatch(itertools.chain([job], jobs), pool, do):
+            with pool() as opened:
+                for first, done in dispatch(itertools.chain([job], jobs), opened, do):
                     state.take(first, done)
                     if state.monitor.stopped_at is not None:
                         break
@@ -137,11 +109,6 @@ def evaluate(
     with open_pool(workers, cluster, executor) as pool:
         found = dict(dispatch(jobs, pool))
     return [row for first in firsts for row in found[first].rows]
-
-
-def _chain(job: tuple[int, Work], jobs: Iterator[tuple[int, Work]]) -> Iterator[tuple[int, Work]]:
-    yield job
-    yield from jobs
 
 
 def _check_start(place: CampaignFolder, resume: bool) -> None:
@@ -200,35 +167,21 @@ class _State:
 
     def missing(self) -> Iterator[tuple[int, Work]]:
         """Work of the chunks without a file; those with one are counted on the way."""
-        record = self._plan.campaign.record
-        base = self._plan.base.to_toml()
         for first, end in self._plan.chunks(self._totals):
             if self.monitor.stopped_at is not None:
                 return
-            chunk = _chunk(self._plan, first, end)
+            chunk = make_chunk(self._plan, [self._plan.run(n) for n in range(first, end)])
             if self._place.finished(chunk.name, end - first):
                 self._count(chunk.name, first)
                 continue
             self._open[first] = chunk
-            yield (
-                first,
-                Work(
-                    base,
-                    tuple(run.variation for run in chunk.runs),
-                    tuple(record.signals),
-                    record.decimation,
-                    chunk.fingerprint,
-                ),
-            )
+            yield first, chunk.work(self._plan)
 
     def take(self, first: int, done: Done) -> None:
         """Write a finished chunk."""
         chunk = self._open.pop(first)
-        signals = done.signals
-        if signals is not None:
-            signals = signals.assign_coords(run=signals["run"] + first)
         rows = table(self._plan, chunk.runs, chunk.scenarios, done.rows)
-        self._place.write_chunk(chunk.name, rows, signals)
+        chunk.write(self._place, rows, done.signals)
         self._count(chunk.name, first)
 
     def _count(self, name: str, first: int) -> None:
@@ -260,29 +213,6 @@ class _State:
             about["stopped"] = {"metric": rule.metric, "width": self.monitor.width(), "runs": stop}
         self._place.write_json("state.json", about)
         return counted
-
-
-def count(place: CampaignFolder, total: int) -> Progress:
-    """Finished runs of a folder, from its files."""
-    done = successes = errors = 0
-    for file in place.chunk_files():
-        found = place.read(file.stem, ["success", "error"])
-        done += found.num_rows
-        successes += pc.sum(found["success"]).as_py() or 0
-        errors += found.num_rows - found["error"].null_count
-    return Progress(done, total, successes, errors)
-
-
-def _chunk(plan: Plan, first: int, end: int) -> Chunk:
-    """The runs of a chunk and the name that follows from their inputs."""
-    runs = [plan.run(number) for number in range(first, end)]
-    scenarios = worker.varied(plan.base, [run.variation for run in runs])
-    code = fingerprint([s for s in scenarios if isinstance(s, Scenario)])
-    digest = hashlib.sha256(code.encode())
-    for scenario in scenarios:
-        text = scenario.to_toml() if isinstance(scenario, Scenario) else str(scenario)
-        digest.update(text.encode() + b"\0")
-    return Chunk(chunk_name(first, digest.hexdigest()), first, runs, scenarios, code)
 
 
 def load_plan(folder: str | Path) -> Plan:

@@ -9,6 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from marine_mj.campaign.conditions import TRANSFORMS, Condition
 from marine_mj.campaign.distributions import quantile, value_type
+from marine_mj.campaign.rare import COLUMNS, Rare
 from marine_mj.settings import Settings
 from marine_mj.settings_file import SettingsFile
 
@@ -164,7 +165,7 @@ class Campaign(SettingsFile):
         description: one line for lists.
         scenario: name of a packaged scenario or path of one, also relative to the campaign file.
         set: changes of it, by dotted key or as tables, that hold for all runs.
-        runs: per cell; a cell is one combination of the crossed factors.
+        runs: per cell; a cell is one combination of the crossed factors. Not with `rare`.
         seed: of the campaign; the runs' seeds follow from it and their numbers.
         common_seeds: the same seas and random factors in all cells, to compare these.
         chunk: runs that are done and written together.
@@ -173,6 +174,7 @@ class Campaign(SettingsFile):
         success: conditions that all have to hold; a run that ends with an error is no success.
         record: trajectories to keep.
         stopping: when to stop before all runs are done.
+        rare: search for the probability of a rare event instead of a number of runs.
     """
 
     kind: ClassVar[str] = "campaign"
@@ -181,7 +183,7 @@ class Campaign(SettingsFile):
     description: str = ""
     scenario: str
     set: dict[str, Any] = Field(default_factory=dict)
-    runs: Annotated[int, Field(ge=1)]
+    runs: Annotated[int, Field(ge=1)] | None = None
     seed: Annotated[int, Field(ge=0)] = 0
     common_seeds: bool = False
     chunk: Annotated[int, Field(ge=1, le=10_000)] = 10
@@ -190,6 +192,7 @@ class Campaign(SettingsFile):
     success: list[str] = Field(default_factory=list)
     record: Record = Record()
     stopping: Stopping | None = None
+    rare: Rare | None = None
 
     @field_validator("metrics", mode="before")
     @classmethod
@@ -226,6 +229,7 @@ class Campaign(SettingsFile):
                 if key in seen:
                     raise ValueError(f"key {key!r} of factor {name!r} is set by {seen[key]} too")
                 seen[key] = f"factor {name!r}"
+        self._check_rare()
         rule = self.stopping
         if rule is not None and rule.metric not in ("success", *self.metrics):
             raise ValueError(
@@ -237,6 +241,41 @@ class Campaign(SettingsFile):
                 f"stopping.every = {rule.every} must be a multiple of chunk = {self.chunk}"
             )
         return self
+
+    def _check_rare(self) -> None:
+        """Refuse a campaign with neither `runs` nor `rare`, and what does not go with `rare`."""
+        if self.rare is None:
+            if self.runs is None:
+                raise ValueError("runs is missing and has no default")
+            return
+        given = [name for name in ("runs", "stopping") if getattr(self, name) is not None]
+        if given:
+            raise ValueError(
+                f"{' and '.join(given)} does not go with rare, which has samples, repetitions and "
+                "most_levels: leave it out"
+            )
+        random = {name: f for name, f in self.factors.items() if not f.crossed}
+        if not random and not self.rare.sea:
+            raise ValueError(
+                "rare has nothing to search in: give a factor with a distribution, or rare.sea = "
+                "true"
+            )
+        for name, factor in self.factors.items():
+            if factor.sampling != "random":
+                raise ValueError(
+                    f'factor {name!r} has sampling = "{factor.sampling}", with rare only "random" '
+                    "is allowed: leave it out"
+                )
+            taken = ("sea.normals", "sea.components", "sea.spectrum")
+            clash = [k for k in factor.keys if k.startswith(taken[: 3 if name in random else 1])]
+            if self.rare.sea and clash:
+                raise ValueError(
+                    f"factor {name!r} changes {clash[0]}, which rare.sea = true needs for itself: "
+                    "leave out one of them"
+                )
+        for name in (*self.factors, *self.metrics):
+            if name in COLUMNS:
+                raise ValueError(f"column {name!r} belongs to rare: choose another name")
 
     @property
     def conditions(self) -> list[Condition]:

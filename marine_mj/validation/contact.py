@@ -117,7 +117,7 @@ def impact(
         mujoco.mj_forward(model, data)
         causes = wrenches(model, data)
         for i, name in enumerate(names):
-            for cause in ("damping", "restoring", "waves", "gravity"):
+            for cause in ("damping", "radiation", "restoring", "waves", "gravity"):
                 water[i] += model.opt.timestep * causes[name][cause]
         mujoco.mj_step(model, data)
         contacts.append(data.sensordata[sensor : sensor + table.CONTACT_VALUES].copy())

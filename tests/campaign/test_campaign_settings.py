@@ -17,7 +17,7 @@ BASE = 'name = "t"\nscenario = "docking_demo"\nruns = 2\n'
 def test_packaged_campaigns_are_valid_and_survive_the_round_trip(name):
     campaign = Campaign.load(name)
     assert Campaign.from_toml(campaign.to_toml()) == campaign
-    assert Plan(campaign).total == Plan(campaign).cells * campaign.runs
+    assert Plan(campaign).total == Plan(campaign).cells * (campaign.runs or 0)
 
 
 @pytest.mark.parametrize(
