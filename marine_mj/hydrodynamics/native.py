@@ -10,6 +10,7 @@ from marine_mj.errors import MarineMjError, ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics import layout
 from marine_mj.hydrodynamics import table as t_
+from marine_mj.hydrodynamics.kernel_cache import compile_kernels
 
 
 def _refuse_python_callbacks() -> None:
@@ -41,6 +42,7 @@ def _address(callback: Any) -> int | None:
 
 _refuse_python_callbacks()
 layout.register()  # before the kernels compile
+compile_kernels()
 
 from marine_mj.hydrodynamics.kernels import callbacks
 
