@@ -17,6 +17,7 @@ from rich.table import Table
 from marine_mj.campaign_commands import campaign_app, replay_command
 from marine_mj.errors import MarineMjError, ScenarioError, SimulationError
 from marine_mj.hydro_command import hydro_command
+from marine_mj.reproduce_command import reproduce_command
 
 app = typer.Typer(
     help="Marine vehicle simulation on MuJoCo.",
@@ -150,6 +151,7 @@ def check_model_command(
 
 
 app.command("hydro")(hydro_command)
+app.command("reproduce")(reproduce_command)
 
 
 @app.command("bench")

@@ -1,0 +1,77 @@
+"""The command `marine-mj reproduce`: a published study done again."""
+
+import contextlib
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from marine_mj.errors import AnalysisError
+
+console = Console()
+errors = Console(stderr=True)
+#: Runs per sea state: of the study, and of `--full`.
+_RUNS, _FULL = 60, 1000
+
+
+def reproduce_command(
+    system: Annotated[str, typer.Argument(help="The study: docking.")] = "docking",
+    full: Annotated[bool, typer.Option("--full", help=f"{_FULL} runs per sea state.")] = False,
+    runs: Annotated[
+        int | None, typer.Option(help=f"Per sea state; default {_RUNS}, as in the study.")
+    ] = None,
+    tables: Annotated[
+        str | None, typer.Option(help="Numbers such as 7.12,8.9; default: all.")
+    ] = None,
+    highest: Annotated[
+        int | None, typer.Option(help="Last sea state; default: that of the tables.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes; default: one per processor.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder; default results/reproduce/SYSTEM.")
+    ] = None,
+) -> None:
+    """Do a published study again: its tables beside ours. Give it again to go on after a stop."""
+    from marine_mj.reproduce import rows_of, run_configurations, write_report
+
+    if system != "docking":
+        raise AnalysisError(f"cannot reproduce {system!r}; available: docking")
+    if full and runs is not None:
+        raise AnalysisError(f"--full means {_FULL} runs: leave out --runs {runs}, or --full")
+    folder = out or Path("results") / "reproduce" / system
+    rows = rows_of(None if tables is None else tables.split(","))
+    count = _FULL if full else _RUNS if runs is None else runs
+    try:
+        with _progress() as tell:
+            cells = run_configurations(
+                rows, folder, count, highest=highest, workers=workers, progress=tell
+            )
+    except KeyboardInterrupt:
+        errors.print(
+            f"interrupted; finished campaigns are in {folder}: give the same command again",
+            soft_wrap=True,
+        )
+        raise typer.Exit(1) from None
+    judged = write_report(rows, cells, folder, highest)
+    verdicts = Counter(j.verdict for j in judged)
+    shown = ", ".join(f"{verdict} {n}" for verdict, n in sorted(verdicts.items()))
+    console.print(
+        f"{len(judged)} numbers ({shown}); wrote {folder / 'report.md'} and report.json",
+        soft_wrap=True,
+        highlight=False,
+    )
+
+
+@contextlib.contextmanager
+def _progress() -> Iterator[Callable[[int, int], None]]:
+    """A function that shows how many campaigns are settled."""
+    columns = (TextColumn("campaigns"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
+        task = bar.add_task("campaigns", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
