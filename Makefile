@@ -25,8 +25,9 @@ test: $(DEV) gl ## Run the tests
 	@$(BIN)/python -c "import marine_mj"
 	$(BIN)/python -m pytest -n $(WORKERS) $(PYTEST_ARGS)
 
-validate: $(DEV) ## Run the validation -> results/validation.json, docs/validation.md
+validate: $(DEV) ## Run the validation -> results/validation.json, docs/validation.md, and the long tests
 	$(BIN)/marine-mj validate
+	$(BIN)/python -m pytest -n $(WORKERS) -m validation --ignore tests/validation
 
 bench: $(RUN) ## Measure speed against its bars -> results/bench.json
 	@mkdir -p results
