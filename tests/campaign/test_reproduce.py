@@ -117,6 +117,9 @@ def test_judgement_names_what_ends_the_sea_states():
     far = judge(line(2576), cells(5), resamples=50)[0]
     assert far.published == 7 and far.ours == 3 and far.verdict == "differs"
     assert "at sea state 4 99.7 % of the runs have surge" in far.note and "limit 0.5" in far.note
+    better = judge(line(2573), cells(5, surge=0.01), resamples=50)[0]
+    assert better.ours == 5 and better.verdict == "differs"
+    assert "ours still holds at sea state 3: 99.7 % of the runs have surge" in better.note
 
 
 def test_termination_rule_and_none_at_all():
