@@ -1,6 +1,9 @@
 """The docking study done again: its numbers as data, the judgement, and a tiny reproduction."""
 
 import json
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +19,7 @@ from marine_mj.reproduce import (
     judge,
     rows_of,
     run_configurations,
+    runner,
     write_report,
 )
 from marine_mj.reproduce.runner import Here, block_plan
@@ -211,3 +215,23 @@ def test_refusals(capsys, tmp_path, arguments, message):
 def test_an_empty_choice_is_refused():
     with pytest.raises(AnalysisError, match=r"there are 7\.12, 7\.13"):
         rows_of([])
+
+
+def test_a_killed_worker_is_named(tmp_path, monkeypatch):
+    class Dead:
+        died = (BrokenProcessPool,)
+
+        def submit(self, *_):
+            future = Future()
+            future.set_exception(BrokenProcessPool())
+            return future
+
+    monkeypatch.setattr(runner, "open_pool", lambda *_, **__: nullcontext(Dead()))
+    with pytest.raises(CampaignError, match="worker was killed in .*manual.*same command again"):
+        run_configurations([line(2573)], tmp_path)
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(CampaignError, match="cannot write the report to .*file.*runs are intact"):
+        write_report([line(2573)], {"manual": cells(2)}, tmp_path / "file", resamples=5)
