@@ -227,11 +227,11 @@ def test_a_killed_worker_is_named(tmp_path, monkeypatch):
             return future
 
     monkeypatch.setattr(runner, "open_pool", lambda *_, **__: nullcontext(Dead()))
-    with pytest.raises(CampaignError, match="worker was killed in .*manual.*same command again"):
+    with pytest.raises(CampaignError, match=r"worker was killed in .*manual.*same command again"):
         run_configurations([line(2573)], tmp_path)
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(CampaignError, match="cannot write the report to .*file.*runs are intact"):
+    with pytest.raises(CampaignError, match=r"cannot write the report to .*file.*runs are intact"):
         write_report([line(2573)], {"manual": cells(2)}, tmp_path / "file", resamples=5)
