@@ -19,7 +19,7 @@ from marine_mj.reproduce.docking import CONFIGURATIONS, SCENARIO, TABLES, Config
 _SEED = 712
 #: Runs of a sea state that are stepped together.
 _CHUNK = 60
-#: Sea states whose runs share a batch, by longest run (s). The steps of a batch cost 1.7 ms each,
+#: Sea states whose runs share a batch, by longest run (s). A control period costs 0.8 ms,
 #: however few runs are left in it, so sea states together are cheaper; but those above one with an
 #: unfinished run are for nothing, and dear where runs may last 300 s.
 _BLOCKS = {
