@@ -28,6 +28,8 @@ _BYSTANDERS = {
         "demo",
         "headless",
         "hydro_command",
+        "reproduce",
+        "reproduce_command",
     ),
     *("new_vehicle", "overlay", "plotting", "render_jobs", "render_worker", "rendering"),
     *("replay", "textures", "video", "water", "water_shading"),

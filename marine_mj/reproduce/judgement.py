@@ -11,6 +11,7 @@ from marine_mj.analysis.docking import (
     bootstrap_limits,
     interval,
     limits_of,
+    operable,
     uptime,
 )
 from marine_mj.reproduce.docking import Row
@@ -139,7 +140,11 @@ def _reason(
     bottom = row.first - 1
     published = _level(row.published(column), bottom)
     stop = int(_level(ours, bottom)) + 1
-    if stop in entries:
+    beyond = int(published) + 1
+    if stop - 1 > published and beyond in entries and column in METRICS:
+        spread = _interval(entries[beyond], column)
+        parts.append(f"ours still holds at sea state {beyond}: 99.7 % of the runs have {spread}")
+    elif stop in entries:
         parts.append(_stop(entries[stop], stop, column, cells.duration))
     limit = TOLERANCE[column]
     if ends[0] - limit <= published <= ends[1] + limit:
@@ -157,10 +162,13 @@ def _stop(entries: Entries, state: int, column: str, duration: float) -> str:
         return (
             f"at sea state {state} {missing} of {len(entries)} runs did not enter in {duration:g} s"
         )
-    limits, beyond = CaptureLimits(), []
-    for metric in METRICS if column == "total" else (column,):
-        low, high = (scaled(end, metric) for end in interval(entries, metric))
-        limit = scaled(getattr(limits, metric), metric)
-        if low < -limit or high > limit:
-            beyond.append(f"{metric} {low:.2f} to {high:.2f} {_UNITS[metric]} (limit {limit:g})")
-    return f"at sea state {state} 99.7 % of the runs have {', '.join(beyond)}"
+    columns = METRICS if column == "total" else (column,)
+    spreads = [_interval(entries, m) for m in columns if not operable(entries)[m]]
+    return f"at sea state {state} 99.7 % of the runs have {', '.join(spreads)}"
+
+
+def _interval(entries: Entries, metric: str) -> str:
+    """Interval of a metric beside its limit."""
+    low, high = (scaled(end, metric) for end in interval(entries, metric))
+    limit = scaled(getattr(CaptureLimits(), metric), metric)
+    return f"{metric} {low:.2f} to {high:.2f} {_UNITS[metric]} (limit {limit:g})"

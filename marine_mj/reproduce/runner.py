@@ -19,7 +19,7 @@ from marine_mj.reproduce.docking import CONFIGURATIONS, SCENARIO, TABLES, Config
 _SEED = 712
 #: Runs of a sea state that are stepped together.
 _CHUNK = 60
-#: Sea states whose runs share a batch, by longest run (s). The steps of a batch cost 1.7 ms each,
+#: Sea states whose runs share a batch, by longest run (s). A control period costs 0.8 ms,
 #: however few runs are left in it, so sea states together are cheaper; but those above one with an
 #: unfinished run are for nothing, and dear where runs may last 300 s.
 _BLOCKS = {
@@ -45,7 +45,7 @@ class Cells:
     duration: float
 
 
-class _Here(Executor):
+class Here(Executor):
     """Calls are done at once by the caller: a worker that runs whole campaigns needs no others."""
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future:
@@ -65,6 +65,7 @@ def run_configurations(
     *,
     highest: int | None = None,
     workers: int | None = None,
+    executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Cells]:
     """Results of all configurations that table rows need, by name.
@@ -80,7 +81,7 @@ def run_configurations(
         folder: of the reproduction.
         runs: per configuration and sea state.
         highest: last sea state; None: that of the tables.
-        workers: processes; None: one per processor.
+        workers, executor: see `open_pool`.
         progress: called with the number of campaigns that are settled and of all campaigns.
 
     Raises:
@@ -88,14 +89,16 @@ def run_configurations(
         CampaignError: a campaign there has other settings or code, or a worker was killed.
     """
     if runs < 2:
-        raise AnalysisError(f"runs = {runs} per cell: allowed are 2 or more (the study has 60)")
+        raise AnalysisError(
+            f"runs = {runs} per sea state: allowed are 2 or more (the study has 60)"
+        )
     states = _blocks(rows, highest)
     # Long ones first, so that none is left over at the end.
     names = sorted(states, key=lambda name: -CONFIGURATIONS[name].changes["duration"])
     total = sum(len(s) for s in states.values())
     base = Path(folder) / "campaigns"
     found: dict[str, Cells] = {}
-    with open_pool(workers) as pool:
+    with open_pool(workers, executor=executor) as pool:
         futures = {
             pool.submit(_configuration, CONFIGURATIONS[name], states[name], base, runs): name
             for name in names
@@ -171,7 +174,7 @@ def _configuration(
         place = _folder(base, configuration.name, states)
         there = CampaignFolder(place)
         plan = block_plan(configuration, states, runs)
-        run_campaign(plan, place, resume=there.exists, extend=True, executor=_Here())
+        run_campaign(plan, place, resume=there.exists, extend=True, executor=Here())
         columns = ["sea_state", "summary", "error"]
         rows = [row for f in there.chunk_files() for row in there.read(f.stem, columns).to_pylist()]
         for state in states:

@@ -19,7 +19,10 @@ FORBIDDEN = {
     "marine_mj/environment": ("mujoco", "dm_control", "marine_mj.tasks", "marine_mj.simulation"),
     "marine_mj/analysis": ("mujoco", "dm_control", "marine_mj.tasks", "marine_mj.simulation"),
     "marine_mj/simulation": ("marine_mj.campaign", "marine_mj.cli"),
-    "marine_mj/campaign": ("marine_mj.campaign_commands", "marine_mj.cli"),
+    "marine_mj/campaign": (
+        *("marine_mj.campaign_commands", "marine_mj.reproduce", "marine_mj.cli"),
+    ),
+    "marine_mj/reproduce": ("mujoco", "dm_control", "marine_mj.reproduce_command", "marine_mj.cli"),
     "marine_mj/tasks": ("marine_mj.cli", "marine_mj.simulation"),
 }
 
