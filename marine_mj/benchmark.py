@@ -215,7 +215,7 @@ def _batch() -> list[Row]:
 
 
 #: Runs of the docking campaign per process, and their length, s.
-CAMPAIGN_RUNS, CAMPAIGN_DURATION = 120, 25.0
+CAMPAIGN_RUNS, CAMPAIGN_DURATION = 300, 15.0
 
 
 def _campaign_runs(first: int) -> float:
@@ -230,8 +230,8 @@ def _campaign_runs(first: int) -> float:
 def _campaign() -> list[Row]:
     """Docking runs on 2 processes, and one after the other in the dm_control runner.
 
-    Sea state 4, 100 components, 5 ms, 100 Hz control, contacts on; the runs start far from the
-    dock, so a quarter of each is in or near it. Scaled to runs of 100 s.
+    Sea state 4, 100 components, 5 ms, 100 Hz control, contacts on; approach and start of the docking.
+    Scaled to runs of 100 s.
     """
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         slower = max(pool.map(_campaign_runs, (0, CAMPAIGN_RUNS)))
