@@ -230,8 +230,8 @@ def _campaign_runs(first: int) -> float:
 def _campaign() -> list[Row]:
     """Docking runs on 2 processes, and one after the other in the dm_control runner.
 
-    Sea state 4, 100 components, 5 ms, 100 Hz control, contacts on; approach and start of the docking.
-    Scaled to runs of 100 s.
+    Sea state 4, 100 components, 5 ms, 100 Hz control, contacts on; approach and entry. Scaled to
+    runs of 100 s.
     """
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         slower = max(pool.map(_campaign_runs, (0, CAMPAIGN_RUNS)))
