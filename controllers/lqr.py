@@ -22,7 +22,6 @@ from marine_mj.controllers.kinematics import (
 from marine_mj.controllers.observer import ObserverState, VehicleModel, observe, steady_wrench
 from marine_mj.controllers.pid import Limits
 from marine_mj.controllers.pose_pid import Hydrostatics
-from scipy.linalg import expm, solve_discrete_are
 
 from marine_mj import frames
 from marine_mj.errors import ScenarioError
@@ -73,6 +72,8 @@ def sampled(a: Array, b: Array, period: float) -> tuple[Array, Array]:
     n, m = b.shape
     block = np.zeros((n + m, n + m))
     block[:n, :n], block[:n, n:] = a, b
+    from scipy.linalg import expm  # here: it takes a fifth of a second
+
     both = expm(block * period)
     return both[:n, :n], both[:n, n:]
 
@@ -109,6 +110,8 @@ def lqr_gain(model: VehicleModel, weights: LqrWeights, period: float) -> Array:
     state_cost[:18] = 1 / worst**2
     price = np.diag(1 / np.asarray(weights.wrench) ** 2)
     try:
+        from scipy.linalg import solve_discrete_are
+
         p = solve_discrete_are(a, b, np.diag(state_cost), price)
     except np.linalg.LinAlgError as error:
         raise ScenarioError(

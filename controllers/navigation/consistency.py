@@ -1,7 +1,7 @@
 """Whether a filter knows how wrong it is: NEES and the bounds it should keep."""
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array
@@ -37,5 +37,5 @@ def chi_square_bounds(size: int, runs: int, confidence: float = 0.95) -> tuple[f
             f"{confidence} between 0 and 1"
         )
     tail = 0.5 * (1 - confidence)
-    low, high = chi2.ppf([tail, 1 - tail], size * runs) / runs
+    low, high = 2.0 * gammaincinv(0.5 * size * runs, [tail, 1 - tail]) / runs
     return float(low), float(high)

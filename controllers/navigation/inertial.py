@@ -39,7 +39,7 @@ from marine_mj.controllers.navigation.sensors import (
     from_rotation_vector,
 )
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import gammainccinv
 
 from marine_mj import frames
 from marine_mj.frames import Array
@@ -329,7 +329,7 @@ class InertialNavigation:
         self, state: InertialState, aid: Aid, measured: Linear, valid: Array
     ) -> InertialState:
         """State after a measurement, counted as believed or refused."""
-        gate = float(chi2.isf(self.doubt, measured.residual.shape[-1]))
+        gate = float(2.0 * gammainccinv(0.5 * measured.residual.shape[-1], self.doubt))
         kalman, nis = self.kalman.correct(state.kalman, measured, gate, valid)
         used, refused, last = state.used.copy(), state.refused.copy(), state.nis.copy()
         used[..., aid] += nis <= gate

@@ -2,17 +2,19 @@
 
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from marine_mj.environment import Environment
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients
 from marine_mj.hydrodynamics.raos import database_path
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 Drift = Literal["none", "mean", "slow"]
 VARIABLE = "mean_drift_force"
@@ -23,9 +25,10 @@ LARGEST_GAP = np.radians(60.0)
 
 
 @lru_cache(maxsize=16)
-def _read(path: Path) -> tuple[Array, CubicSpline] | None:
+def _read(path: Path) -> "tuple[Array, CubicSpline] | None":
     """omega (n,) and drift (n, 3) as a function of the direction; None if there is no drift."""
     import xarray as xr
+    from scipy.interpolate import CubicSpline  # here: it takes a quarter of a second
 
     try:
         with xr.open_dataset(path, engine="h5netcdf") as data:
