@@ -1,6 +1,5 @@
 """Nested dataclasses of numbers and arrays: selecting rows, and making one of many."""
 
-import copy
 import dataclasses
 from collections.abc import Sequence
 from typing import Any, TypeVar
@@ -87,8 +86,8 @@ def _values(tree: Any) -> list[Any]:
 
 
 def _rebuilt(tree: T, values: Sequence[Any]) -> T:
-    """A copy of a (frozen) dataclass with other values, without running its checks again."""
-    new = copy.copy(tree)
+    """A (frozen) dataclass with other values, without its checks and what it keeps for itself."""
+    new = object.__new__(type(tree))  # a copy would have cached properties of the old values
     for field, value in zip(dataclasses.fields(tree), values, strict=True):  # type: ignore[arg-type]
         object.__setattr__(new, field.name, value)
     return new

@@ -14,6 +14,7 @@ from marine_mj.validation import (
     drift,
     estimates,
     geometry,
+    goal,
     navigation,
     panels,
     physics,
@@ -40,6 +41,7 @@ CASES: dict[str, tuple[Callable[[], Iterable[Row]], ...]] = {
     "Statistics": analysis.CASES,
     "Navigation": navigation.CASES,
     "Docking controllers": control.CASES,
+    "Docking goal and operability": goal.CASES,
 }
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from marine_mj.controllers import RigidState
 
 from marine_mj import trees
 
@@ -60,3 +61,12 @@ def test_take_selects_rows_of_every_array():
     np.testing.assert_array_equal(some.P, [1.0, 3.0])
     np.testing.assert_array_equal(some.limits, [[2.0, 3.0], [6.0, 7.0]])
     assert trees.take(one, 2).P == 2.0 and some.name == "a"
+
+
+def test_cached_properties_are_made_again():
+    many = RigidState(np.zeros((3, 3)), np.tile([1.0, 0, 0, 0], (3, 1)), np.zeros((3, 6)))
+    assert many.rotation.shape == (3, 3, 3)
+    assert trees.take(many, slice(2)).rotation.shape == (2, 3, 3)
+    turned = RigidState(many.position, np.tile([0.0, 0, 0, 1], (3, 1)), many.velocity)
+    both = trees.stack([many, turned])
+    np.testing.assert_allclose(both.rotation[1, 0], np.diag([-1.0, -1.0, 1.0]), atol=1e-15)
