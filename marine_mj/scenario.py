@@ -161,6 +161,7 @@ class Vehicle(Settings):
         convective: convective part of the water's acceleration.
         strips: wave forces along the length instead of at the origin only.
         constant_buoyancy: full buoyancy even above the surface.
+        thrust_loss: thrusters lose thrust with the speed at which they advance through the water.
         drift: second-order wave drift: "none", "mean", or "slow" (mean and slowly varying part);
             left out: "slow" if the model has drift coefficients, is not moved by its RAOs and not
             on panels.
@@ -187,6 +188,7 @@ class Vehicle(Settings):
     convective: bool = True
     strips: bool = True
     constant_buoyancy: bool = False
+    thrust_loss: bool = False
     drift: Literal["none", "mean", "slow"] | None = None
     hydrostatics: Literal["linear", "panels"] | None = None
     scale: dict[str, Positive] = Field(default_factory=dict)

@@ -163,6 +163,7 @@ def body_settings(scenario: Scenario, spec: mujoco.MjSpec) -> dict[str, dict[str
             "convective": vehicle.convective,
             "strips": vehicle.strips,
             "constant_buoyancy": vehicle.constant_buoyancy,
+            "thrust_loss": vehicle.thrust_loss,
             "drift": vehicle.drift,
             "hydrostatics": vehicle.hydrostatics,
         }

@@ -28,6 +28,8 @@ class BodySettings:
         froude_krylov: undisturbed wave pressure on the displaced volume.
         convective: material acceleration of the water; False: its local time derivative.
         constant_buoyancy: buoyancy does not change at the surface.
+        thrust_loss: thrusters lose thrust with the speed at which they advance (for those whose
+            model says how much).
         drift: second-order wave drift, "mean" or "slow" (mean and slowly varying part); None:
             "slow" where the body has coefficients for it (`hydrodynamics.drift`) and is not on
             panels, else "none".
@@ -42,6 +44,7 @@ class BodySettings:
     froude_krylov: bool = True
     convective: bool = True
     constant_buoyancy: bool = False
+    thrust_loss: bool = False
     drift: Drift | None = None
     radiation: Radiation | None = None
     hydrostatics: Hydrostatics | None = None

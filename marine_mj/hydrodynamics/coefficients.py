@@ -1,6 +1,7 @@
 """Reading and checking the hydrodynamic coefficients that stand in a vehicle's MJCF."""
 
 import difflib
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -36,8 +37,12 @@ PLAIN = {
 #: Quantities that a factor makes larger or smaller as a whole.
 SCALABLE = (*FRAMED, "displaced_volume", "buoyancy")
 QUANTITIES = sorted(
-    [f"{name}_{frame}" for name in FRAMED for frame in ("frd", "flu")] + list(PLAIN) + ["tank"]
+    [f"{name}_{frame}" for name in FRAMED for frame in ("frd", "flu")]
+    + list(PLAIN)
+    + ["tank", "thrust_loss"]
 )
+#: Quantities `BODY.QUANTITY.ACTUATOR`.
+OF_ACTUATORS = ("tank.", "thrust_loss.")
 #: Texts `BODY.QUANTITY` that name a file.
 TEXTS = ("wave_database", "hull_mesh")
 ZERO = np.zeros((6, 6))
@@ -99,6 +104,7 @@ class BodyCoefficients:
     wind: Array | None = None
     drift: Array | None = None  # (n, 4): omega, reflecting breadth, length [m] and couple [m2]
     tanks: tuple[Tank, ...] = ()
+    thrust_loss: tuple[tuple[str, float], ...] = ()  # actuator, N^0.5 s/m
     reference_speed: Array = field(default_factory=lambda: np.array([2.0, 1.0]))
 
 
@@ -205,7 +211,7 @@ def _collect(spec: mujoco.MjSpec) -> dict[str, dict[str, Array]]:
         owner, dot, quantity = numeric.name.partition(".")
         if not dot:
             continue
-        known = quantity in QUANTITIES or quantity.startswith("tank.")
+        known = quantity in QUANTITIES or quantity.startswith(OF_ACTUATORS)
         if owner not in bodies:
             if known:
                 raise ModelError(
@@ -239,7 +245,7 @@ def _split(name: str, raw: dict[str, Array]) -> tuple[dict[str, Array], dict[str
     values: dict[str, Array] = {}
     frames: dict[str, str] = {}
     for quantity, data in raw.items():
-        if quantity.startswith("tank."):
+        if quantity.startswith(OF_ACTUATORS):
             continue
         stem, _, frame = quantity.rpartition("_")
         framed = stem in FRAMED and frame in ("frd", "flu")
@@ -257,27 +263,50 @@ def _split(name: str, raw: dict[str, Array]) -> tuple[dict[str, Array], dict[str
     return values, frames
 
 
-def _tanks(name: str, raw: dict[str, Array], spec: mujoco.MjSpec) -> tuple[Tank, ...]:
-    """Tanks from numerics `BODY.tank.ACTUATOR` = x y z (FRD, m), kg per unit."""
-    tanks = []
+def _of_actuators(
+    name: str, raw: dict[str, Array], spec: mujoco.MjSpec, kind: str
+) -> Iterator[tuple[str, str, Array]]:
+    """Numeric, actuator and values of the numerics `BODY.kind.ACTUATOR`."""
     prefix = name[: name.rfind("/") + 1]
     actuators = [actuator.name for actuator in spec.actuators]
     for quantity, data in raw.items():
-        if not quantity.startswith("tank."):
+        if not quantity.startswith(f"{kind}."):
             continue
-        actuator = prefix + quantity.removeprefix("tank.")
+        actuator = prefix + quantity.removeprefix(f"{kind}.")
         if actuator not in actuators:
             raise ModelError(
                 f"numeric '{name}.{quantity}' names the actuator {actuator!r}, which does not "
                 f"exist; actuators are {actuators}"
             )
+        yield f"{name}.{quantity}", actuator, data
+
+
+def _tanks(name: str, raw: dict[str, Array], spec: mujoco.MjSpec) -> tuple[Tank, ...]:
+    """Tanks from numerics `BODY.tank.ACTUATOR` = x y z (FRD, m), kg per unit."""
+    tanks = []
+    for numeric, actuator, data in _of_actuators(name, raw, spec, "tank"):
         if data.size != 4 or data[3] <= 0:
             raise ModelError(
-                f"numeric '{name}.{quantity}' is {data}; allowed are 4 numbers: x y z in FRD (m) "
+                f"numeric {numeric!r} is {data}; allowed are 4 numbers: x y z in FRD (m) "
                 "and the mass per unit of the activation (kg, > 0)"
             )
         tanks.append(Tank(actuator, float(data[3]), flip(data[:3])))
     return tuple(tanks)
+
+
+def _thrust_loss(
+    name: str, raw: dict[str, Array], spec: mujoco.MjSpec
+) -> tuple[tuple[str, float], ...]:
+    """Losses from numerics `BODY.thrust_loss.ACTUATOR` = c (N^0.5 s/m)."""
+    found = []
+    for numeric, actuator, data in _of_actuators(name, raw, spec, "thrust_loss"):
+        if data.size != 1 or data[0] < 0:
+            raise ModelError(
+                f"numeric {numeric!r} is {data}; allowed is one number >= 0: thrust lost per "
+                "square root of the thrust and per m/s of advance speed (N^0.5 s/m)"
+            )
+        found.append((actuator, float(data[0])))
+    return tuple(found)
 
 
 def _file(spec: mujoco.MjSpec, name: str, quantity: str) -> str | None:
@@ -354,6 +383,7 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
         wind=values.get("wind"),
         drift=_drift(name, values["drift"]) if "drift" in values else None,
         tanks=_tanks(name, raw, spec),
+        thrust_loss=_thrust_loss(name, raw, spec),
         reference_speed=values.get("reference_speed", np.array([2.0, 1.0])),
     )
 

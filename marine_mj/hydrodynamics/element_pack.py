@@ -24,6 +24,8 @@ DRIFT_HEADINGS = 48
 #: Inertia of a body with prescribed motion, kg and kg m2 (a calibration: far above any vehicle,
 #: far below what would spoil the solver's scaling).
 PRESCRIBED_INERTIA = 1e9
+#: Stands for no limit of a force, N.
+_UNLIMITED = 1e30
 
 
 def free_root(model: mujoco.MjModel, body: int) -> bool:
@@ -99,6 +101,51 @@ def _drift(
     return [t_.DRIFT_MODES[drift], DRIFT_HEADINGS, table.add(np.stack(blocks))]
 
 
+def _thrusters(model: mujoco.MjModel, body: BodyCoefficients, index: int) -> Array:
+    """Number of thrusters, and the row of each.
+
+    Raises:
+        ModelError: the body has none, or one is no plain force along a single axis of a site.
+    """
+    if not body.thrust_loss:
+        raise ModelError(
+            f"thrust_loss is True for {body.name!r}, whose model has no numeric "
+            f"'{body.name}.thrust_loss.ACTUATOR': add them, or leave thrust_loss out"
+        )
+    rows = []
+    for name, loss in body.thrust_loss:
+        actuator = model.actuator(name)
+        i, site = actuator.id, actuator.trnid[0]
+        gear = model.actuator_gear[i]
+        force = np.linalg.norm(gear[:3])
+        plain = (
+            model.actuator_trntype[i] == mujoco.mjtTrn.mjTRN_SITE
+            and model.actuator_gaintype[i] == mujoco.mjtGain.mjGAIN_FIXED
+            and model.actuator_biastype[i] == mujoco.mjtBias.mjBIAS_NONE
+            and model.site_bodyid[site] == index
+            and force > 0
+            and not gear[3:].any()
+        )
+        if not plain:
+            raise ModelError(
+                f"thrust_loss of {name!r}: allowed is an actuator with a fixed gain, no bias and a "
+                f"gear that is a force at a site of {body.name!r}"
+            )
+        address = model.actuator_actadr[i]
+        gain = model.actuator_gainprm[i, 0]
+        low, high = -_UNLIMITED, _UNLIMITED
+        if address < 0 and model.actuator_ctrllimited[i]:
+            low, high = np.sort(gain * model.actuator_ctrlrange[i])
+        if model.actuator_forcelimited[i]:
+            low = max(low, model.actuator_forcerange[i, 0])
+            high = min(high, model.actuator_forcerange[i, 1])
+        place = i if address < 0 else address
+        axis = rotation_from_quaternion(model.site_quat[site]) @ gear[:3] / force
+        scale = [gain * force, low * force, high * force]
+        rows.append([place, address >= 0, *scale, loss, *model.site_pos[site], *axis])
+    return np.concatenate([[len(rows)], *np.array(rows, dtype=float)])
+
+
 def pack_elements(
     model: mujoco.MjModel,
     table: TableBuilder,
@@ -152,6 +199,8 @@ def pack_elements(
         found.append((t_.DRIFT, np.array(_drift(table, body, environment, drift))))
     if body.wind is not None:  # in still air, too: it brakes
         found.append((t_.WIND, body.wind))
+    if settings.thrust_loss:
+        found.append((t_.THRUSTERS, _thrusters(model, body, index)))
     for tank in body.tanks:
         actuator = model.actuator(tank.actuator).id
         address = model.actuator_actadr[actuator]

@@ -62,9 +62,16 @@ B_FIXED_SIZE = 132
 # elements: force laws that only some bodies have. Each starts with its kind and its length.
 RESTORING, EXCITATION, PRESCRIBED, WIND, TANK, MEMORY = 1.0, 2.0, 3.0, 4.0, 5.0, 6.0
 DRIFT = 8.0
+THRUSTERS = 10.0
 EL_KIND, EL_SIZE, EL_DATA = 0, 1, 2
 #: Modes of the drift element.
 DRIFT_MODES = {"mean": 0.0, "slow": 1.0}
+# thrusters: their number, then a row of each
+TH_COUNT, TH_ROWS = 0, 1
+#: Row of a thruster: address of its state; 1: in `act`, 0: in `ctrl`; force per unit; limits of the
+#: force; loss per square root of the force and speed; place and axis (FLU).
+(TH_ADDRESS, TH_LAG, TH_GAIN, TH_LOW, TH_HIGH, TH_LOSS, TH_PLACE) = range(7)
+TH_AXIS, TH_SIZE = 9, 12
 # memory: address of the states in data.act, numbers of poles and of groups; then, over the poles,
 # Re and Im of lambda and of 1 / lambda; then the groups
 MM_ADDRESS, MM_POLES, MM_GROUPS, MM_DATA = 0, 1, 2, 3
@@ -92,10 +99,10 @@ MAX_HULL_TRIANGLES = 2048
 #: What the wrench on a body is reported by, in the order of the kernel's accumulators.
 CAUSES = (
     *("added_mass", "damping", "restoring", "waves", "wind", "ballast", "prescribed"),
-    "radiation",
+    *("radiation", "thrust_loss"),
 )
 C_ADDED_MASS, C_DAMPING, C_RESTORING, C_WAVES, C_WIND, C_BALLAST, C_PRESCRIBED = range(7)
-C_RADIATION = 7
+C_RADIATION, C_THRUST_LOSS = 7, 8
 #: Inertia matrices beside the rigid body's: added mass, ballast, prescribed motion.
 M_ADDED, M_BALLAST, M_PRESCRIBED, INERTIAS = 0, 1, 2, 3
 #: Length of the report of one body: wrenches by cause, then the inertia matrices.

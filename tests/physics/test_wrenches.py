@@ -35,7 +35,8 @@ EVERYTHING = {
     '<numeric name="a.strip_drag_flu" data="30 50"/>'
     '<numeric name="a.submergence_height" data="0.2"/>'
     '<numeric name="a.wind" data="0.4 0.9 2 0.3 0.7 0.9 0.1"/>'
-    '<numeric name="a.tank.pump" data="-0.3 0.1 0.2 1025"/>',
+    '<numeric name="a.tank.pump" data="-0.3 0.1 0.2 1025"/>'
+    '<numeric name="a.thrust_loss.t" data="0.5"/>',
     "extra": '<site name="a.center_of_buoyancy" pos="0.01 0 0.03"/>'
     '<geom type="sphere" size="0.25" pos="0.3 0 0" mass="0"/>'
     '<geom type="sphere" size="0.25" pos="-0.3 0.1 0" mass="0"/>'
@@ -53,7 +54,7 @@ def everything(integrator="implicitfast", **changes):
         "</actuator>",
         '<general name="pump" site="s" gear="0 0 0 0 0 0" dyntype="integrator"/></actuator>',
     )
-    model = marine_mj.load_xml(xml, ENVIRONMENT)
+    model = marine_mj.load_xml(xml, ENVIRONMENT, {"a": {"thrust_loss": True}})
     data = mujoco.MjData(model)
     data.time = 11.3
     data.qpos[2] = -0.27

@@ -243,4 +243,4 @@ def body_loads(model, data, table, p, time, R, nu, f, inertia):
     _damping_loads(p, nu, nu_r, flow, points, wet, mean_wet, advance(f, 6 * t_.C_DAMPING))
     buoyancy, waves = advance(f, 6 * t_.C_RESTORING), advance(f, 6 * t_.C_WAVES)
     _displacement_loads(table, p, R, points, wet, buoyancy, waves)
-    elements.apply(model, data, table, p, body, R, nu, time, f, inertia)
+    elements.apply(model, data, table, p, body, R, nu, flow, time, f, inertia)

@@ -22,6 +22,7 @@ from marine_mj.hydrodynamics.kernels.memory import (
 )
 from marine_mj.hydrodynamics.kernels.panels import panels
 from marine_mj.hydrodynamics.kernels.radiation import memory
+from marine_mj.hydrodynamics.kernels.thrusters import thrust_loss
 from marine_mj.hydrodynamics.kernels.water import FAST, component, phasors, series
 
 _ACT = field("d", "act")
@@ -288,8 +289,8 @@ def tank(data, q, R, nu, gravity, f, inertia):
 
 
 @njit
-def apply(model, data, table, record, body, R, nu, time, f, inertia):
-    """All elements of one body record."""
+def apply(model, data, table, record, body, R, nu, flow, time, f, inertia):
+    """All elements of one body record; flow (6): its velocity relative to the water particles."""
     own = advance(floats(data, _XMAT), 9 * body)
     x = advance(floats(data, _XPOS), 3 * body)
     count = int(record[t_.B_ELEMENTS])
@@ -311,6 +312,8 @@ def apply(model, data, table, record, body, R, nu, time, f, inertia):
             force = advance(f, 6 * t_.C_BALLAST)
             matrix = advance(inertia, 36 * t_.M_BALLAST)
             tank(data, q, R, nu, table[t_.E_GRAVITY], force, matrix)
+        elif kind == t_.THRUSTERS:
+            thrust_loss(data, q, own, R, flow, advance(f, 6 * t_.C_THRUST_LOSS))
         elif kind == t_.DRIFT:
             drift(table, q, R, x[0], x[1], time, advance(f, 6 * t_.C_WAVES))
         elif kind == t_.MEMORY:
