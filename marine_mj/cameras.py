@@ -144,11 +144,22 @@ def _site_path(model: mujoco.MjModel, data: mujoco.MjData, states: States, site:
 
 
 def smooth(values: Array, states: States, seconds: float) -> Array:
-    """Values (n, ...) averaged over a Gaussian of standard deviation `seconds`, without lag."""
+    """Values (n, ...) averaged over a Gaussian of standard deviation `seconds`, without lag.
+
+    Where frames are not equally far apart (slow motion) the average is taken on a grid that is.
+    """
+    values, time = np.asarray(values, float), states.time
     if len(states) < 3:
-        return np.asarray(values, float)
-    step = max(float(np.median(np.diff(states.time))), 1e-6)
-    return gaussian_filter1d(np.asarray(values, float), seconds / step, axis=0, mode="nearest")
+        return values
+    steps = np.diff(time)
+    step = max(float(np.max(steps)), 1e-6)
+    if np.ptp(steps) < 1e-6:
+        return gaussian_filter1d(values, seconds / step, axis=0, mode="nearest")
+    grid = np.linspace(time[0], time[-1], max(round((time[-1] - time[0]) / step), 1) + 1)
+    columns = values.reshape(len(time), -1).T
+    even = np.stack([np.interp(grid, time, column) for column in columns], axis=1)
+    even = gaussian_filter1d(even, seconds * (len(grid) - 1) / np.ptp(grid), axis=0, mode="nearest")
+    return np.stack([np.interp(time, grid, column) for column in even.T], 1).reshape(values.shape)
 
 
 def _unit(vectors: Array) -> Array:
