@@ -4,7 +4,6 @@ import contextlib
 import dataclasses
 import json
 import sys
-import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,6 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
+from marine_mj import toml
 from marine_mj.campaign_commands import campaign_app, replay_command
 from marine_mj.compare_command import compare_command, limits_app
 from marine_mj.errors import MarineMjError, ScenarioError, SimulationError
@@ -343,10 +343,7 @@ def _changes(pairs: list[str]) -> dict[str, Any]:
         key, separator, text = pair.partition("=")
         if not separator or not key:
             raise ScenarioError(f"--set {pair!r} is not KEY=VALUE, such as sea.sea_state=3")
-        try:
-            changes[key.strip()] = tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
-            changes[key.strip()] = text
+        changes[key.strip()] = toml.value(text)
     return changes
 
 

@@ -1,6 +1,5 @@
 """The commands `marine-mj compare` and `marine-mj limits`: controllers side by side."""
 
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -8,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
+from marine_mj import toml
 from marine_mj.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def measure_command(
     controllers: Annotated[
         str, typer.Option(help="Their names.")
     ] = "pose_pid,cpv,cpva,lqr,sliding,mpc",
-    sea_states: Annotated[str, typer.Option(help="From the easiest on.")] = "4,5,6,7,8,9",
+    sea_states: Annotated[str, typer.Option(help="From the easiest on.")] = "4,5,6,7,8,9,10",
     runs: Annotated[int, typer.Option(help="Seeds per sea state.", min=1)] = 10,
     first_seed: Annotated[int, typer.Option(help="Of these seeds.", min=0)] = 11,
     duration: Annotated[float, typer.Option(help="Longest time of a run, s.")] = 90.0,
@@ -95,7 +95,8 @@ def measure_command(
         )
     rows = Table("controller", *map(str, table.sea_states), "limit", box=None, pad_edge=False)
     for name in table.success:
-        counts = [f"{table.count(name, state)}/{runs}" for state in table.sea_states]
+        counts = [f"{sum(docked)}/{runs}" for docked in table.success[name]]
+        counts += [""] * (len(table.sea_states) - len(counts))
         rows.add_row(name, *counts, str(table.limit(name)))
     console.print(rows)
     console.print(f"wrote {write_json(output, table.model_dump())}")
@@ -136,16 +137,8 @@ def varied_values(text: str) -> tuple[str, list[Any]]:
             f"--vary {text!r} is not KEY=VALUE,VALUE,..., such as task.settings.controller=cpv,mpc"
         )
     if listed.strip().startswith("["):
-        return key.strip(), list(_toml_value(listed.strip()))
-    return key.strip(), [_toml_value(value.strip()) for value in listed.split(",")]
-
-
-def _toml_value(text: str) -> Any:
-    """A value as in TOML, else plain text."""
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text
+        return key.strip(), list(toml.value(listed.strip()))
+    return key.strip(), [toml.value(value.strip()) for value in listed.split(",")]
 
 
 def _film(

@@ -26,7 +26,8 @@ class LimitTable(Settings):
         duration: longest time of a run, s.
         seeds: of the runs at every sea state.
         sea_states: ascending.
-        success: by controller: for every sea state, for every seed, whether it docked.
+        success: by controller: for the sea states up to the first one that is too much for it:
+            for every seed, whether it docked.
     """
 
     scenario: str
@@ -61,13 +62,14 @@ class LimitTable(Settings):
     def limit(self, controller: str) -> int | None:
         """Highest sea state at which, as at all lower ones, `NEEDED` of the runs succeeded.
 
-        None where the lowest one of the table is too much.
+        None where the lowest one of the table is too much; the last one of the table where none
+        was too much.
 
         Raises:
             AnalysisError: the table does not have the controller.
         """
         found = None
-        for sea_state in self.sea_states:
+        for sea_state, _ in zip(self.sea_states, self._of(controller), strict=False):
             if self.count(controller, sea_state) < NEEDED * len(self.seeds) - 1e-9:
                 break
             found = sea_state
@@ -88,14 +90,24 @@ class LimitTable(Settings):
             f"dock at sea state {sea_state}: take fewer controllers or a lower sea state"
         )
 
+    def _of(self, controller: str) -> tuple[tuple[bool, ...], ...]:
+        """Results of a controller."""
+        if controller not in self.success:
+            raise AnalysisError(
+                f"controller {controller!r} is not in the table of limits; it has "
+                f"{', '.join(self.success)}"
+            )
+        return self.success[controller]
+
     def _runs(self, controller: str, sea_state: int) -> tuple[bool, ...]:
         """Results of a controller at a sea state."""
-        if controller not in self.success or sea_state not in self.sea_states:
+        measured = dict(zip(self.sea_states, self._of(controller), strict=False))
+        if sea_state not in measured:
             raise AnalysisError(
-                f"controller {controller!r} at sea state {sea_state} is not in the table; it has "
-                f"{', '.join(self.success)} at {', '.join(map(str, self.sea_states))}"
+                f"controller {controller!r} was not measured at sea state {sea_state}, only at "
+                f"{', '.join(map(str, measured))}"
             )
-        return self.success[controller][self.sea_states.index(sea_state)]
+        return measured[sea_state]
 
 
 def measure_limits(
@@ -109,6 +121,8 @@ def measure_limits(
     progress: Progress | None = None,
 ) -> LimitTable:
     """Limit sea states of controllers in a docking scenario: one run per sea state and seed.
+
+    A controller is not flown beyond the first sea state that is too much for it.
 
     Args:
         scenario: its name or file; gain set, latch and all else stay as they stand there.
@@ -125,31 +139,33 @@ def measure_limits(
     from marine_mj.simulation import run_batch
 
     base = Scenario.load(scenario).with_values({"duration": duration})
-    states, each = sorted(set(sea_states)), len(set(sea_states)) * len(seeds)
-    success = {}
-    for number, controller in enumerate(controllers):
-        variations = [
-            {"task.settings.controller": controller, "sea.sea_state": state, "seed": seed}
-            for state in states
-            for seed in seeds
-        ]
-
-        def tell(done: int, _: int, number: int = number) -> None:
-            if progress is not None:
-                progress(number * each + done, len(controllers) * each)
-
-        rows = run_batch(base, variations, threads=threads, progress=tell).rows
-        docked = [_succeeded(row) for row in rows]
-        success[controller] = tuple(
-            tuple(docked[i : i + len(seeds)]) for i in range(0, each, len(seeds))
-        )
-    return LimitTable(
+    states, done = sorted(set(sea_states)), 0
+    table = LimitTable(
         scenario=scenario,
         duration=duration,
         seeds=tuple(seeds),
         sea_states=tuple(states),
-        success=success,
+        success={name: () for name in controllers},
     )
+    total = len(controllers) * len(states) * len(seeds)
+    for number, controller in enumerate(controllers):
+        for state in states:
+            values = {"task.settings.controller": controller, "sea.sea_state": state}
+            rows = run_batch(
+                base, [values | {"seed": seed} for seed in seeds], threads=threads
+            ).rows
+            docked = tuple(_succeeded(row) for row in rows)
+            runs = (*table.success[controller], docked)
+            table = table.changed(success=table.success | {controller: runs})
+            done += len(seeds)
+            if progress is not None:
+                progress(done, total)
+            if table.limit(controller) != state:
+                break
+        done = (number + 1) * len(states) * len(seeds)
+    if progress is not None:
+        progress(total, total)
+    return table
 
 
 def _succeeded(row: dict) -> bool:

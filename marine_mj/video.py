@@ -103,7 +103,7 @@ def render_video(
             A panel whose run is over stands still until all are.
         file: to write, `.mp4`; it appears when it is complete.
         camera: one of `marine_mj.cameras.CAMERAS`, a camera of the scene, or several: the first
-            fills the picture, the others are insets. Default: `DEMO`, and `dock` for several logs.
+            fills the picture, the others are insets. Default: `DEMO`, and `close` for several logs.
         size: (width, height) in pixels, both even, of a panel; default 960x540, and 640x360 for
             several logs.
         fps: frames per second of video; independent of the log's rate.
@@ -140,7 +140,7 @@ def render_video(
         raise RenderError(f"{len(titles)} titles for {len(logs)} logs: give one for each log")
     if columns is not None and columns < 1:
         raise RenderError(f"columns is {columns}, allowed are whole numbers from 1")
-    camera = camera or (DEMO if single else "dock")
+    camera = camera or (DEMO if single else "close")
     cameras = (camera,) if isinstance(camera, str) else tuple(camera)
     jobs, captions = [], []
     # the test picture takes a second in another process: meanwhile the scenes compile here
