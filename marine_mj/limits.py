@@ -41,7 +41,8 @@ class LimitTable(Settings):
         """The table in a file, or the packaged one of `docking_demo`.
 
         Raises:
-            AnalysisError: the file cannot be read, or is no table of limits.
+            AnalysisError: the file cannot be read, or is not JSON.
+            ScenarioError: it is no table of limits.
         """
         path = file or Path(
             str(resources.files("marine_mj") / "scenarios/docking_demo.limits.json")
@@ -51,7 +52,7 @@ class LimitTable(Settings):
         except (OSError, ValueError) as error:
             raise AnalysisError(
                 f"table of limits {str(path)!r} cannot be read: {error}; "
-                "marine-mj limits writes one"
+                "marine-mj limits measure writes one"
             ) from None
         return cls.parse(values, f"table of limits {path.name}")
 

@@ -64,8 +64,8 @@ def interpolate(model: mujoco.MjModel, states: States, times: ArrayLike) -> Stat
             " recorded with another scene"
         )
     wanted = np.clip(np.asarray(times, float), states.time[0], states.time[-1])
-    before, after, part = bracket(states.time, wanted)
-    weight = part[:, None]
+    before, after, share = bracket(states.time, wanted)
+    weight = share[:, None]
     qpos = states.qpos[before] * (1 - weight) + states.qpos[after] * weight
     for joint in range(model.njnt):
         kind, start = model.jnt_type[joint], int(model.jnt_qposadr[joint])
@@ -84,11 +84,11 @@ def bracket(time: Array, wanted: ArrayLike) -> tuple[NDArray, NDArray, Array]:
 
     Times outside `time` (n,) give its first or last sample.
     """
-    wanted = np.clip(np.asarray(wanted, float), time[0], time[-1])
-    before = np.clip(np.searchsorted(time, wanted, side="right") - 1, 0, len(time) - 1)
+    inside = np.clip(np.asarray(wanted, float), time[0], time[-1])
+    before = np.clip(np.searchsorted(time, inside, side="right") - 1, 0, len(time) - 1)
     after = np.minimum(before + 1, len(time) - 1)
     span = np.where(after > before, time[after] - time[before], 1.0)
-    return before, after, (wanted - time[before]) / span
+    return before, after, (inside - time[before]) / span
 
 
 def slerp(a: ArrayLike, b: ArrayLike, weight: ArrayLike) -> Array:

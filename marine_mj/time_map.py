@@ -37,7 +37,7 @@ class TimeMap:
     def run_time(self, video_time: ArrayLike) -> Array:
         """Times (...,) of the run at times of the video, s; the ends are held outside."""
         marks = np.concatenate([[0.0], np.cumsum(np.diff(self.knots) / self.speeds)])
-        return np.interp(video_time, marks, self.knots)
+        return np.interp(np.asarray(video_time, float), marks, self.knots)
 
     def speed_at(self, time: float) -> float:
         """Speed at a time of the run, s; at a change that of the part which begins."""
