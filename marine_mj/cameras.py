@@ -1,8 +1,9 @@
 """Camera paths for whole runs: they know the future, so they follow smoothly and without lag.
 
 `chase`: behind and above a vehicle. `side`: abeam of it. `dock`: under water beside the docking
-station, with station and approaching vehicle in the picture. `split`: the same at the surface,
-half above and half below. Any other name is a camera of the model.
+station, with station and approaching vehicle in the picture. `close`: the same nearer, for small
+pictures. `split`: the same at the surface, half above and half below. Any other name is a camera of
+the model.
 """
 
 from dataclasses import dataclass
@@ -20,7 +21,7 @@ from marine_mj.water import Waves, elevation
 Array = NDArray[np.float64]
 
 #: Cameras that exist in every scene.
-CAMERAS = ("chase", "side", "dock", "split")
+CAMERAS = ("chase", "side", "dock", "close", "split")
 #: Smallest distance between a camera and the water surface, m.
 CLEARANCE = 0.6
 
@@ -75,9 +76,9 @@ def camera_poses(
         states: of the run, at the times of the frames.
         waves: the sea; keeps cameras out of the surface.
         camera: one of `CAMERAS` or a camera of the model.
-        follow: body that `chase` and `side` follow and `dock` watches. Default: for `chase` and
-            `side` the carrier of the docking station, or else the first vehicle; for `dock` and
-            `split` the first vehicle that is not the carrier.
+        follow: body that `chase` and `side` follow and the others watch. Default: for `chase` and
+            `side` the carrier of the docking station, or else the first vehicle; for the others
+            the first vehicle that is not the carrier.
 
     Raises:
         RenderError: unknown camera or body, or a scene without vehicles.
@@ -94,7 +95,7 @@ def camera_poses(
     site = dock_site(model)
     carrier = int(model.body_rootid[model.site_bodyid[site]]) if site is not None else bodies[0]
     others = [body for body in bodies if body != carrier] or [carrier]
-    main = others[0] if camera in ("dock", "split") else carrier
+    main = carrier if camera in ("chase", "side") else others[0]
     if follow is not None:
         named = {model.body(i).name: i for i in range(model.nbody)}
         if follow not in named:
@@ -105,7 +106,7 @@ def camera_poses(
         return _follow(_actors(model, data, states, [main])[0], states, waves, camera == "side")
     actors = _actors(model, data, states, [main, carrier])
     goal = _site_path(model, data, states, site) if site is not None else actors[1].position
-    return _watch(actors[0], actors[1], goal, states, waves, camera == "split")
+    return _watch(actors[0], actors[1], goal, states, waves, camera)
 
 
 def _fixed_poses(
@@ -144,11 +145,22 @@ def _site_path(model: mujoco.MjModel, data: mujoco.MjData, states: States, site:
 
 
 def smooth(values: Array, states: States, seconds: float) -> Array:
-    """Values (n, ...) averaged over a Gaussian of standard deviation `seconds`, without lag."""
+    """Values (n, ...) averaged over a Gaussian of standard deviation `seconds`, without lag.
+
+    Where frames are not equally far apart (slow motion) the average is taken on a grid that is.
+    """
+    values, time = np.asarray(values, float), states.time
     if len(states) < 3:
-        return np.asarray(values, float)
-    step = max(float(np.median(np.diff(states.time))), 1e-6)
-    return gaussian_filter1d(np.asarray(values, float), seconds / step, axis=0, mode="nearest")
+        return values
+    steps = np.diff(time)
+    step = max(float(np.max(steps)), 1e-6)
+    if np.ptp(steps) < 1e-6:
+        return gaussian_filter1d(values, seconds / step, axis=0, mode="nearest")
+    grid = np.linspace(time[0], time[-1], max(round((time[-1] - time[0]) / step), 1) + 1)
+    columns = values.reshape(len(time), -1).T
+    even = np.stack([np.interp(grid, time, column) for column in columns], axis=1)
+    even = gaussian_filter1d(even, seconds * (len(grid) - 1) / np.ptp(grid), axis=0, mode="nearest")
+    return np.stack([np.interp(time, grid, column) for column in even.T], 1).reshape(values.shape)
 
 
 def _unit(vectors: Array) -> Array:
@@ -189,19 +201,21 @@ def _follow(actor: Actor, states: States, waves: Waves, abeam: bool) -> list[Pos
 
 
 def _watch(
-    actor: Actor, carrier: Actor, goal: Array, states: States, waves: Waves, split: bool
+    actor: Actor, carrier: Actor, goal: Array, states: States, waves: Waves, camera: str
 ) -> list[Pose]:
-    """Beside the dock, far enough off to have vehicle, dock and the hull above in the picture."""
+    """Beside the dock, far enough off to have vehicle and dock in the picture, and the hull above
+    unless `camera` is "close"."""
     near, dock = smooth(actor.position, states, 1.0), smooth(goal, states, 1.2)
     middle = 0.5 * (near + dock)
     apart = np.linalg.norm(near - dock, axis=1)
     heading = _unit(smooth(carrier.heading, states, 6.0))
-    reach = 1.9 * actor.radius + 0.55 * carrier.radius + 0.8 * smooth(apart, states, 2.0) + 0.6
+    share = 0.0 if camera == "close" else 0.55
+    reach = 1.9 * actor.radius + share * carrier.radius + 0.8 * smooth(apart, states, 2.0) + 0.6
     position = np.empty_like(middle)
     position[:, :2] = middle[:, :2] + reach[:, None] * _turned(heading, -68.0)
     position[:, 2] = smooth(np.minimum(near[:, 2], dock[:, 2]) - 0.12 * reach, states, 1.5)
     level = _sea_level(waves, position, states)
-    if split:
+    if camera == "split":
         position[:, 2] = smooth(level, states, 0.25)
         target = middle * [1, 1, 0.35]
         return [look_at(p, t, 55.0) for p, t in zip(position, target, strict=True)]

@@ -4,7 +4,6 @@ import contextlib
 import dataclasses
 import json
 import sys
-import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,7 +13,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
+from marine_mj import toml
 from marine_mj.campaign_commands import campaign_app, replay_command
+from marine_mj.compare_command import compare_command, limits_app
 from marine_mj.errors import MarineMjError, ScenarioError, SimulationError
 from marine_mj.hydro_command import hydro_command
 from marine_mj.reproduce_command import reproduce_command
@@ -26,7 +27,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(campaign_app, name="campaign")
+app.add_typer(limits_app, name="limits")
 app.command("replay")(replay_command)
+app.command("compare")(compare_command)
 console = Console()
 errors = Console(stderr=True)
 
@@ -77,7 +80,7 @@ def run_command(
 
 @app.command("video")
 def video_command(
-    log: Annotated[Path, typer.Argument(help="log.nc of a run.")],
+    logs: Annotated[list[Path], typer.Argument(help="log.nc of a run; several: side by side.")],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="MP4 file.")] = None,
     camera: Annotated[
         list[str] | None, typer.Option(help="Camera; a second one becomes an inset.")
@@ -85,19 +88,26 @@ def video_command(
     start: Annotated[float | None, typer.Option(help="First second of the run.")] = None,
     stop: Annotated[float | None, typer.Option(help="Last second of the run.")] = None,
     speed: Annotated[float, typer.Option(help="Seconds of the run per second of video.")] = 1.0,
+    contact_speed: Annotated[
+        float | None, typer.Option(help="The same while in contact with the dock, such as 0.2.")
+    ] = None,
+    markers: Annotated[bool, typer.Option(help="Mark target and estimates of a docking.")] = True,
 ) -> None:
-    """Make a video of a log."""
+    """Make a video of a log, or of several side by side."""
     from marine_mj.demo import video
     from marine_mj.simulation import Log
 
-    options: dict[str, Any] = {"start": start, "stop": stop, "speed": speed}
+    options: dict[str, Any] = {"start": start, "stop": stop, "speed": speed, "markers": markers}
+    options["contact_speed"] = contact_speed
     if camera:
         options["camera"] = tuple(camera)
-    loaded = Log.load(log)
+    loaded = [Log.load(log) for log in logs]
+    if len(loaded) > 1:
+        options["titles"] = [log.stem for log in logs]
     with _progress() as report:
         file = video(
             loaded,
-            output or log.with_name("video.mp4"),
+            output or logs[0].with_name("video.mp4"),
             lambda done, total: report("video", done, total),
             **options,
         )
@@ -333,10 +343,7 @@ def _changes(pairs: list[str]) -> dict[str, Any]:
         key, separator, text = pair.partition("=")
         if not separator or not key:
             raise ScenarioError(f"--set {pair!r} is not KEY=VALUE, such as sea.sea_state=3")
-        try:
-            changes[key.strip()] = tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
-            changes[key.strip()] = text
+        changes[key.strip()] = toml.value(text)
     return changes
 
 

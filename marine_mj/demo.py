@@ -59,9 +59,12 @@ def plot(log: Log, path: Path) -> Path:
 
 
 def video(
-    log: Log, path: Path, progress: Callable[[int, int], None] | None, **options: Any
+    log: Log | list[Log],
+    path: Path,
+    progress: Callable[[int, int], None] | None,
+    **options: Any,
 ) -> Path:
-    """Video of a log; options as `marine_mj.video.render_video`."""
+    """Video of a log, or of several side by side; options as `marine_mj.video.render_video`."""
     from marine_mj.video import render_video
 
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -16,10 +16,13 @@ Frame = NDArray[np.uint8]
 Overlay = Callable[[float], Sequence[str]]
 
 
-@functools.lru_cache(maxsize=8)
-def _patch(lines: tuple[str, ...], height: int) -> tuple[NDArray, NDArray]:
+#: Height of text as part of the picture's height, and its least height in pixels.
+_TEXT, _LEAST = 1 / 40, 13
+
+
+@functools.lru_cache(maxsize=32)
+def _patch(lines: tuple[str, ...], size: int) -> tuple[NDArray, NDArray]:
     """Brightness and cover (h, w, 1) in [0, 1] of lines of text with a soft dark edge."""
-    size = max(round(height / 40), 9)
     font = ImageFont.load_default(size)
     step = round(1.45 * size)
     width = int(max((font.getlength(line) for line in lines), default=1)) + 8
@@ -34,17 +37,19 @@ def _patch(lines: tuple[str, ...], height: int) -> tuple[NDArray, NDArray]:
     return text[..., None], np.maximum(text, 0.55 * shadow)[..., None]
 
 
-def draw_lines(frame: Frame, lines: Sequence[str]) -> Frame:
-    """The frame with lines of text in its upper left corner."""
+def write_lines(
+    frame: Frame, lines: Sequence[str], scale: float = 1.0, right: bool = False
+) -> None:
+    """Write lines of text into the upper left (or right) corner of a frame, in place."""
     if not lines:
-        return frame
-    text, cover = _patch(tuple(lines), frame.shape[0])
+        return
+    size = round(scale * max(_TEXT * frame.shape[0], _LEAST))
+    text, cover = _patch(tuple(lines), size)
     margin = round(0.018 * frame.shape[1])
-    frame = np.array(frame)
-    part = frame[margin : margin + text.shape[0], margin : margin + text.shape[1]]
+    left = max(frame.shape[1] - margin - text.shape[1], 0) if right else margin
+    part = frame[margin : margin + text.shape[0], left : left + text.shape[1]]
     text, cover = text[: part.shape[0], : part.shape[1]], cover[: part.shape[0], : part.shape[1]]
     part[:] = (part * (1 - cover) + 250 * text * cover).astype(np.uint8)
-    return frame
 
 
 def frame_inset(picture: Frame, inset: Frame, top: int, right: int) -> None:
@@ -55,12 +60,13 @@ def frame_inset(picture: Frame, inset: Frame, top: int, right: int) -> None:
     picture[top : top + height, left : left + width] = inset
 
 
-def log_overlay(data: Any, waves: Components) -> Overlay:
+def log_overlay(data: Any, waves: Components, title: str = "") -> Overlay:
     """Lines from a log: time, sea, and for docking the phase and the error in the dock frame.
 
     Args:
         data: dataset of the log.
         waves: of the run.
+        title: first line; none if empty.
     """
     time = np.asarray(data["time"], float)
     sea = describe_sea(waves)
@@ -71,10 +77,11 @@ def log_overlay(data: Any, waves: Components) -> Overlay:
 
     def lines(now: float) -> list[str]:
         i = int(np.clip(np.searchsorted(time, now + 1e-9, side="right") - 1, 0, len(time) - 1))
-        result = [f"t = {now:5.1f} s", sea]
+        result = [title, f"t = {now:5.1f} s", sea]
         if error is not None and error.ndim == 2:
             distance = np.linalg.norm(error[i, : min(3, error.shape[1])])
-            result.append(f"way to dock {distance:5.2f} m")
+            angle = np.rad2deg(np.linalg.norm(error[i, 3:6]))
+            result.append(f"way to dock {distance:5.2f} m, {angle:4.1f} deg")
         if latched is not None and latched[i] > 0.5:
             result.append("latched")
         elif phase is not None:

@@ -1,6 +1,7 @@
 """Rendering work that any process can do: frames of a job, here or in worker processes."""
 
 import contextlib
+import functools
 import os
 import pickle
 import queue
@@ -11,12 +12,14 @@ import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import mujoco
 import numpy as np
 
 from marine_mj.cameras import camera_poses, moving_bodies
 from marine_mj.errors import RenderError
+from marine_mj.markers import Marker, draw_markers
 from marine_mj.overlay import frame_inset
 from marine_mj.rendering import Frame, Pose, SceneRenderer
 from marine_mj.replay import States, place
@@ -39,6 +42,7 @@ class Job:
         poses: for every camera (main picture first) and frame.
         focus: (n, 2) world position that needs the finest water, m.
         size: (width, height) in pixels.
+        markers: drawn in every frame.
     """
 
     model: mujoco.MjModel
@@ -47,6 +51,31 @@ class Job:
     poses: list[list[Pose]]
     focus: np.ndarray
     size: tuple[int, int]
+    markers: tuple[Marker, ...] = ()
+
+    def __len__(self) -> int:
+        """Number of frames."""
+        return len(self.states)
+
+    def renderer(self) -> "JobRenderer":
+        """A renderer of its frames in this process."""
+        return JobRenderer(self)
+
+
+class Renderer(Protocol):
+    """Renders frames in this process."""
+
+    def frame(self, i: int) -> Frame: ...
+    def close(self) -> None: ...
+
+
+class Frames(Protocol):
+    """What `job_frames` renders: a `Job`, or several in a `marine_mj.grid.Grid`."""
+
+    def __len__(self) -> int: ...
+    @property
+    def size(self) -> tuple[int, int]: ...
+    def renderer(self) -> Renderer: ...
 
 
 def make_job(
@@ -56,6 +85,7 @@ def make_job(
     cameras: Sequence[str],
     size: tuple[int, int],
     follow: str | None = None,
+    markers: Sequence[Marker] = (),
 ) -> Job:
     """Camera paths and everything else that frames depend on; arguments as
     `marine_mj.video.render_frames`."""
@@ -67,7 +97,7 @@ def make_job(
     for i in range(len(states) if bodies else 0):
         place(model, data, states, i)
         focus[i] = data.xpos[bodies[0], :2]
-    return Job(model, states, waves, poses, focus, size)
+    return Job(model, states, waves, poses, focus, size, tuple(markers))
 
 
 class JobRenderer:
@@ -98,20 +128,21 @@ class JobRenderer:
         job = self.job
         place(job.model, self._data, job.states, i)
         time, around = float(job.states.time[i]), job.focus[i]
-        return self._renderer.render(self._data, job.poses[camera][i], time, size, around)
+        decor = functools.partial(draw_markers, markers=job.markers, i=i)
+        return self._renderer.render(self._data, job.poses[camera][i], time, size, around, decor)
 
     def close(self) -> None:
         self._renderer.close()
 
 
-def job_frames(job: Job, workers: int) -> Iterator[Frame]:
+def job_frames(job: Frames, workers: int) -> Iterator[Frame]:
     """All frames of a job in order; `workers` processes, 0 for this one."""
     if workers > 0:
         yield from _worker_frames(job, workers)
         return
-    renderer = JobRenderer(job)
+    renderer = job.renderer()
     try:
-        for i in range(len(job.states)):
+        for i in range(len(job)):
             yield renderer.frame(i)
     finally:
         renderer.close()
@@ -122,7 +153,7 @@ def worker_of(i: int, workers: int) -> int:
     return i // SHARED % workers
 
 
-def _worker_frames(job: Job, workers: int) -> Iterator[Frame]:
+def _worker_frames(job: Frames, workers: int) -> Iterator[Frame]:
     """Frames from processes, which pipe them here."""
     # The drivers' own threads would only fight with the other workers.
     environment = {**os.environ, "LP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
@@ -151,7 +182,7 @@ def _worker_frames(job: Job, workers: int) -> Iterator[Frame]:
             threading.Thread(
                 target=_read_frames, args=(process, job.size, queues[-1], stop), daemon=True
             ).start()
-        for i in range(len(job.states)):
+        for i in range(len(job)):
             worker = worker_of(i, workers)
             frame = queues[worker].get()
             if frame is None:

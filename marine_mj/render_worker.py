@@ -10,12 +10,12 @@ def main(file: str, worker: int, workers: int) -> None:
     # Whatever a driver prints must not end up in the pictures.
     output = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    from marine_mj.render_jobs import JobRenderer, worker_of
+    from marine_mj.render_jobs import worker_of
 
     with open(file, "rb") as stream:
         job = pickle.load(stream)
-    renderer = JobRenderer(job)
-    for i in range(len(job.states)):
+    renderer = job.renderer()
+    for i in range(len(job)):
         if worker_of(i, workers) == worker:
             output.write(renderer.frame(i).tobytes())
             output.flush()

@@ -10,6 +10,7 @@ import importlib
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,6 +33,8 @@ from marine_mj.water import (
 )
 
 Frame = NDArray[np.uint8]
+#: Adds geoms to a scene.
+Decor = Callable[[mujoco.MjvScene], None]
 
 #: GL platforms of MuJoCo that work without a window, and what they need on Debian or Ubuntu.
 PACKAGES = {
@@ -224,6 +227,7 @@ class SceneRenderer:
         time: float,
         size: tuple[int, int] | None = None,
         around: Any = None,
+        decor: Decor | None = None,
     ) -> Frame:
         """The picture (height, width, 3).
 
@@ -234,6 +238,7 @@ class SceneRenderer:
             size: (width, height), default the renderer's.
             around: (2,) position that needs the fine part of the water sheet; default the
                 camera's.
+            decor: adds geoms to the scene before it is drawn.
         """
         self._gl.make_current()
         size = size or self.size
@@ -241,8 +246,8 @@ class SceneRenderer:
         line = self._water_line(pose, time, size)
         if line is None:
             surface = elevation(self.waves, pose.position[0], pose.position[1], time)
-            return self._one_side(data, pose, size, bool(pose.position[2] < surface))
-        above, below = (self._one_side(data, pose, size, under) for under in (False, True))
+            return self._one_side(data, pose, size, bool(pose.position[2] < surface), decor)
+        above, below = (self._one_side(data, pose, size, under, decor) for under in (False, True))
         rows = np.arange(size[1])[:, None] - line[None, :]
         picture = np.where((rows < 0)[..., None], above, below)
         # The water climbs the glass a little: a dark edge with a light one above it.
@@ -263,12 +268,19 @@ class SceneRenderer:
         return np.interp(np.linspace(-1, 1, size[0]), np.linspace(-1, 1, 25), row)
 
     def _one_side(
-        self, data: mujoco.MjData, pose: Pose, size: tuple[int, int], under: bool
+        self,
+        data: mujoco.MjData,
+        pose: Pose,
+        size: tuple[int, int],
+        under: bool,
+        decor: Decor | None,
     ) -> Frame:
         side = UNDER if under else TOP
         self._look(under)
         self._upload(side, pose)
         self._place_camera(data, pose)
+        if decor is not None:
+            decor(self._scene)
         viewport = mujoco.MjrRect(0, 0, *size)
         mujoco.mjr_render(viewport, self._scene, self._context)
         picture = np.empty((size[1], size[0], 3), np.uint8)

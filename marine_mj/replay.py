@@ -64,10 +64,8 @@ def interpolate(model: mujoco.MjModel, states: States, times: ArrayLike) -> Stat
             " recorded with another scene"
         )
     wanted = np.clip(np.asarray(times, float), states.time[0], states.time[-1])
-    before = np.clip(np.searchsorted(states.time, wanted, side="right") - 1, 0, len(states) - 1)
-    after = np.minimum(before + 1, len(states) - 1)
-    span = np.where(after > before, states.time[after] - states.time[before], 1.0)
-    weight = ((wanted - states.time[before]) / span)[:, None]
+    before, after, share = bracket(states.time, wanted)
+    weight = share[:, None]
     qpos = states.qpos[before] * (1 - weight) + states.qpos[after] * weight
     for joint in range(model.njnt):
         kind, start = model.jnt_type[joint], int(model.jnt_qposadr[joint])
@@ -79,6 +77,18 @@ def interpolate(model: mujoco.MjModel, states: States, times: ArrayLike) -> Stat
         qpos[:, part] = slerp(states.qpos[before, part], states.qpos[after, part], weight[:, 0])
     act = states.act[before] * (1 - weight) + states.act[after] * weight
     return States(wanted, qpos, act, states.eq_active[before])
+
+
+def bracket(time: Array, wanted: ArrayLike) -> tuple[NDArray, NDArray, Array]:
+    """Samples before and after the times `wanted` (m,), and the weight (m,) of those after.
+
+    Times outside `time` (n,) give its first or last sample.
+    """
+    inside = np.clip(np.asarray(wanted, float), time[0], time[-1])
+    before = np.clip(np.searchsorted(time, inside, side="right") - 1, 0, len(time) - 1)
+    after = np.minimum(before + 1, len(time) - 1)
+    span = np.where(after > before, time[after] - time[before], 1.0)
+    return before, after, (inside - time[before]) / span
 
 
 def slerp(a: ArrayLike, b: ArrayLike, weight: ArrayLike) -> Array:

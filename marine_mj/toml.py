@@ -1,13 +1,22 @@
-"""TOML text of nested dictionaries (the standard library only reads it)."""
+"""TOML text of nested dictionaries (the standard library only reads it), and single values."""
 
 import json
 import math
+import tomllib
 from typing import Any
 
 
 def dump(values: dict[str, Any]) -> str:
     """TOML text of a nested dictionary; entries that are None are left out."""
     return "\n".join(_table(values, ())).strip() + "\n"
+
+
+def value(text: str) -> Any:
+    """The value that a text is in TOML, else the text."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
 
 
 def _table(values: dict[str, Any], path: tuple[str, ...]) -> list[str]:

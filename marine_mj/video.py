@@ -19,10 +19,13 @@ import numpy as np
 
 from marine_mj.cameras import CAMERAS
 from marine_mj.errors import LogError, RenderError
-from marine_mj.overlay import Overlay, draw_lines, log_overlay
+from marine_mj.grid import Caption, Grid, captioned
+from marine_mj.markers import docking_markers
+from marine_mj.overlay import Overlay, log_overlay
 from marine_mj.render_jobs import JobRenderer, job_frames, make_job
 from marine_mj.rendering import Frame, GlStatus, gl_status, require_gl
 from marine_mj.replay import States, interpolate, states_from_log
+from marine_mj.time_map import contact_windows, time_map
 from marine_mj.water import Waves, add_scenery
 
 __all__ = [
@@ -35,11 +38,14 @@ __all__ = [
     "interpolate",
     "render_frames",
     "render_video",
+    "require_gl",
     "states_from_log",
 ]
 
 #: The best picture of a docking: under water beside the dock, the sea from above as an inset.
 DEMO = ("dock", "chase")
+#: Size of a video of one log, and of a panel of several, pixels.
+SIZE, PANEL = (960, 540), (640, 360)
 
 
 def render_frames(
@@ -73,32 +79,43 @@ def render_frames(
 def render_video(
     log: Any,
     file: str | Path,
-    camera: str | Sequence[str] = DEMO,
-    size: tuple[int, int] = (960, 540),
+    camera: str | Sequence[str] | None = None,
+    size: tuple[int, int] | None = None,
     fps: float = 25.0,
     *,
     speed: float = 1.0,
+    contact_speed: float | None = None,
     start: float | None = None,
     stop: float | None = None,
     follow: str | None = None,
     overlay: Overlay | bool = True,
+    titles: Sequence[str] = (),
+    markers: bool = True,
+    columns: int | None = None,
     workers: int | None = None,
     crf: int = 20,
     progress: Callable[[int, int], None] | None = None,
 ) -> Path:
-    """Video file (H.264, yuv420p) of a log.
+    """Video file (H.264, yuv420p) of a log, or of several side by side.
 
     Args:
-        log: `marine_mj.simulation.Log` or the path of one.
+        log: `marine_mj.simulation.Log` or the path of one, or a list of these: a panel for each.
+            A panel whose run is over stands still until all are.
         file: to write, `.mp4`; it appears when it is complete.
         camera: one of `marine_mj.cameras.CAMERAS`, a camera of the scene, or several: the first
-            fills the picture, the others are insets.
-        size: (width, height) in pixels, both even.
+            fills the picture, the others are insets. Default: `DEMO`, and `close` for several logs.
+        size: (width, height) in pixels, both even, of a panel; default 960x540, and 640x360 for
+            several logs.
         fps: frames per second of video; independent of the log's rate.
         speed: seconds of the run per second of video.
+        contact_speed: the same from just before a contact with the dock until the latch is closed
+            (`marine_mj.time_map.contact_windows`): 0.2 is five times slower; default `speed`.
         start, stop: part of the run, s; default all.
         follow: body that the cameras follow; default see `camera_poses`.
         overlay: text lines as a function of time (s); True for those of the log, False for none.
+        titles: first line of the text of each log.
+        markers: draw those of `marine_mj.markers.docking_markers`.
+        columns: panels in a row; default about as many as rows.
         workers: rendering processes; default one per core, at most four,
             and none (this process) for less than 50 frames.
         crf: quality of the encoder; smaller is better and larger.
@@ -108,55 +125,58 @@ def render_video(
         The path of the video.
 
     Raises:
-        RenderError: no OpenGL, bad size or times, unknown camera, or the encoder failed.
-        LogError: the log cannot be read.
+        RenderError: no OpenGL, bad size, times, titles or columns, unknown camera, no log, or the
+            encoder failed.
+        LogError: a log cannot be read.
     """
+    logs = list(log) if isinstance(log, list | tuple) else [log]
+    single = len(logs) == 1
+    size = size or (SIZE if single else PANEL)
     if size[0] % 2 or size[1] % 2 or min(size) < 16:
         raise RenderError(f"size is {size}, allowed are even numbers from 16 (H.264 needs it)")
     if fps <= 0 or speed <= 0:
         raise RenderError(f"fps is {fps} and speed {speed}, both must be positive")
-    # the test picture takes a second in another process: meanwhile the scene compiles here
+    if not logs or (titles and len(titles) != len(logs)):
+        raise RenderError(f"{len(titles)} titles for {len(logs)} logs: give one for each log")
+    if columns is not None and columns < 1:
+        raise RenderError(f"columns is {columns}, allowed are whole numbers from 1")
+    camera = camera or (DEMO if single else "close")
+    cameras = (camera,) if isinstance(camera, str) else tuple(camera)
+    jobs, captions = [], []
+    # the test picture takes a second in another process: meanwhile the scenes compile here
     with ThreadPoolExecutor(1) as pool:
         probe = pool.submit(require_gl)
-        log = open_log(log)
-        recorded = states_from_log(log.data)
-        times = frame_times(recorded.time, fps, speed, start, stop)
-        scene = _scene(log, size)
+        for title, one in zip(titles or [""] * len(logs), logs, strict=True):
+            one = open_log(one)
+            recorded = states_from_log(one.data)
+            windows = [] if contact_speed is None else contact_windows(one.data)
+            mapped = time_map(recorded.time, speed, start, stop, windows, contact_speed or speed)
+            times = mapped.frame_times(fps)
+            scene = _scene(one, size)
+            states = interpolate(scene.model, recorded, times)
+            marked = docking_markers(scene.model, one.data, times) if markers else ()
+            waves = scene.environment.waves
+            jobs.append(make_job(scene.model, states, waves, cameras, size, follow, marked))
+            text = log_overlay(one.data, jobs[-1].waves, title) if overlay is True else overlay
+            captions.append(Caption(times, text or None, mapped, speed))
         probe.result()
-    cameras = (camera,) if isinstance(camera, str) else tuple(camera)
-    states = interpolate(scene.model, recorded, times)
-    job = make_job(scene.model, states, scene.environment.waves, cameras, size, follow)
-    text = log_overlay(log.data, job.waves) if overlay is True else (overlay or None)
+    grid = Grid.of(jobs, columns)
     if workers is None:
-        workers = min(os.cpu_count() or 1, 4) if len(states) >= 50 else 0
-    frames = job_frames(job, workers)
-    return encode(frames, file, fps, times, overlay=text, crf=crf, progress=progress)
-
-
-def frame_times(
-    time: np.ndarray, fps: float, speed: float, start: float | None, stop: float | None
-) -> np.ndarray:
-    """Instants (n,) in s of the frames; at least one."""
-    first = float(time[0]) if start is None else max(start, float(time[0]))
-    last = float(time[-1]) if stop is None else min(stop, float(time[-1]))
-    if last < first:
-        raise RenderError(
-            f"the run lasts from {time[0]:.6g} to {time[-1]:.6g} s, asked for was {start} to {stop}"
-        )
-    return first + np.arange(int((last - first) * fps / speed + 1e-9) + 1) * speed / fps
+        workers = min(os.cpu_count() or 1, 4) if len(grid) >= 50 else 0
+    frames = captioned(job_frames(grid, workers), grid, captions)
+    return encode(frames, file, fps, len(grid), crf=crf, progress=progress)
 
 
 def encode(
     frames: Iterator[Frame],
     file: str | Path,
     fps: float,
-    times: np.ndarray,
+    count: int,
     *,
-    overlay: Overlay | None = None,
     crf: int = 20,
     progress: Callable[[int, int], None] | None = None,
 ) -> Path:
-    """Draw the overlay on frames and encode them; the file appears when it is complete.
+    """Encode `count` frames; the file appears when it is complete.
 
     Raises:
         RenderError: ffmpeg failed.
@@ -168,9 +188,7 @@ def encode(
     part = file.with_name(f".{file.stem}.part.mp4")
     writer: Any = None
     try:
-        for i, (frame, time) in enumerate(zip(frames, times, strict=True)):
-            if overlay is not None:
-                frame = draw_lines(frame, tuple(overlay(float(time))))
+        for i, frame in enumerate(frames):
             if writer is None:
                 writer = imageio_ffmpeg.write_frames(
                     str(part),
@@ -192,7 +210,7 @@ def encode(
                 writer.send(None)
             writer.send(np.ascontiguousarray(frame))
             if progress is not None:
-                progress(i + 1, len(times))
+                progress(i + 1, count)
         writer.close()
         writer = None
         os.replace(part, file)
@@ -229,11 +247,13 @@ def still(log: Any, time: float, camera: str | Sequence[str] = DEMO, **options: 
     log = open_log(log)
     size = options.pop("size", (960, 540))
     scene = _scene(log, size)
+    markers = options.pop("markers", True)
     # Smooth cameras look at the seconds around the instant.
     times = np.asarray(time + np.arange(-50, 51) * 0.1, float)
     states = interpolate(scene.model, states_from_log(log.data), times)
     states = replace(states, time=times)
     cameras = (camera,) if isinstance(camera, str) else tuple(camera)
+    options["markers"] = docking_markers(scene.model, log.data, times) if markers else ()
     job = make_job(scene.model, states, scene.environment.waves, cameras, size, **options)
     renderer = JobRenderer(job)
     try:
