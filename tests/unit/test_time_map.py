@@ -75,7 +75,7 @@ def test_cameras_are_as_smooth_in_slow_motion():
         empty = np.zeros((len(times), 0))
         return smooth(np.sin(times)[:, None], States(times, empty, empty, empty), 0.5)[:, 0]
 
-    # A Gaussian of 0.5 s damps sin t by exp(-0.125) away from the ends: 2e-4 by its cut at 4 sigma.
+    # A Gaussian of 0.5 s damps sin t by exp(-0.125) away from the ends: 1e-4 by its cut at 4 sigma.
     for times in (slow, even):
         middle = (times > 4) & (times < 26)
         expected = np.exp(-0.125) * np.sin(times[middle])
