@@ -130,9 +130,8 @@ def uptime_table(job: Job) -> Outcome:
 
     fit = least_squares(lambda p: law(p, heights) - shares, [0.3, 0.7]).x
     findings = [
-        compare(f"sea state {s.ss_bft}", s.uptime_percent, float(law(fit, np.array(s.H_s))), "%", 2.0,
-                "within 2 %")
-        for s in states
+        compare(f"sea state {s.ss_bft}", s.uptime_percent, float(share), "%", 2.0, "within 2 %")
+        for s, share in zip(states, law(fit, heights), strict=True)
     ]  # fmt: skip
     figure, axes = panels(1, 1, (8, 4.4))
     ax = axes[0, 0]

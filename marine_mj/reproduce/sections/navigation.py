@@ -65,9 +65,9 @@ def filter_table(job: Job) -> Outcome:
         names.append(_traces(job, vehicle, time, true[:, 0, i], fixes[:, 0, i], mean[:, 0, i]))
     text = (
         "Base scenario of the navigation with t_z 0.1 s. The study does not say how the vehicles "
-        "move; here they do as in the tuning scenario (regular wave of sea state 4), steered by CPV "
-        "on these filters, and the filters look at that motion with "
-        f"{_RUNS} seeds of noise. Measurements count as held until the next one: their errors of u, "
+        "move; here they do as in the tuning scenario (regular wave of sea state 4), steered by "
+        "CPV on these filters, and the filters look at that motion with "
+        f"{_RUNS} seeds of noise. Measurements count as held until the next: their errors of u, "
         "w and q then contain the motion. That of q fits this wave (0.007 rad/s; an irregular sea "
         "state 4 gives 0.018), those of u and w fit a calmer one: no motion of ours gives both."
     )
