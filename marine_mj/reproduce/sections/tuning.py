@@ -153,7 +153,12 @@ def polynomial_table(job: Job) -> Outcome:
         ax.set_yticks([], minor=True)
     axes[0, 0].legend(fontsize="small")
     grid = "the study's ten" if job.full else "three of the study's ten"
-    text = f"Polynomial prediction with the brute-force pose PID (figure 7.13), {grid} t_past."
+    text = (
+        f"Polynomial prediction with the brute-force pose PID (figure 7.13), {grid} t_past. The "
+        "second order goes wrong here where the vehicle is predicted from a few samples: the "
+        "parabola holds the acceleration of the last commands, the gains answer it, and the loop "
+        "chatters (docs/reproduce.md)."
+    )
     return Outcome(findings, [job.save(figure, "polynomial_prediction")], text)
 
 
