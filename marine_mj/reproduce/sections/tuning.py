@@ -233,17 +233,17 @@ def pid_grid(job: Job) -> Outcome:
         mark = [np.log10(v) if v > 0 else 0.5 for v in published]
         ax.scatter(*mark, color="k", marker="*", s=90, label="published")
         ax.set(xlabel="log P", ylabel="log I", zlabel="log D", title=name)
-        figure.colorbar(points, ax=ax, shrink=0.6, label="rms pose + velocity (clipped)")
+        figure.colorbar(points, ax=ax, shrink=0.6, pad=0.14, label="rms pose + velocity (clipped)")
         ax.legend(fontsize="small", loc="upper left")
         best = tuning.triples[order[0]]
-        note = (
-            f"ours best at P {best[0]:.0f}, I {best[1]:.3g}, D {best[2]:.0f}; agrees when not worse"
-        )
         good = scores[order[0]] <= known[axis]
+        note = (
+            f"best at P {best[0]:.0f}, I {best[1]:.3g}, D {best[2]:.0f}; the published gains have "
+            f"{known[axis]:.3f} on our model; agrees when not worse"
+        )
         findings.append(
-            Finding(f"{name}: least score of the grid, against the published gains' on our model",
-                    float(known[axis]), float(scores[order[0]]), "m, m/s; rad, rad/s",
-                    "agrees" if good else "differs", note)
+            Finding(f"{name}: least rms of pose plus velocity", None, float(scores[order[0]]),
+                    "m, m/s; rad, rad/s", "agrees" if good else "differs", note)
         )  # fmt: skip
     text = (
         f"{len(tuning.triples)} gain triples on all axes at once (figure 7.10"
