@@ -21,6 +21,7 @@ from marine_mj.controllers.pid import Limits, Pid, PidGains, PidState
 from marine_mj.controllers.polynomial_prediction import PolynomialPredictor
 from marine_mj.controllers.pose_pid import GAINS, Hydrostatics, PosePid, gain_set, limits_from_frd
 from marine_mj.controllers.prediction import KinematicPredictor, Prediction, Predictor
+from marine_mj.controllers.pursuit import PursuitGuidance
 from marine_mj.controllers.sliding import SLIDING_GAINS, SlidingGains, SlidingMode
 from marine_mj.controllers.station import StationGuidance
 from marine_mj.controllers.waypoints import DockingGuidance, DockingPlan, GuidanceState, Phase
@@ -68,6 +69,7 @@ __all__ = [
     "Prediction",
     "Predictor",
     "Preview",
+    "PursuitGuidance",
     "RigidState",
     "SlidingGains",
     "SlidingMode",

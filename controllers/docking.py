@@ -12,6 +12,7 @@ from marine_mj.controllers.kinematics import (
 )
 from marine_mj.controllers.mpc import Mpc, Preview
 from marine_mj.controllers.prediction import Prediction, Predictor
+from marine_mj.controllers.pursuit import PursuitGuidance
 from marine_mj.controllers.station import StationGuidance
 from marine_mj.controllers.waypoints import (
     DockingGuidance,
@@ -99,7 +100,9 @@ class DockingPilot:
     controller: Controller
     frames: DockFrames
     period: float
-    guidance: DockingGuidance | StationGuidance = field(default_factory=DockingGuidance)
+    guidance: DockingGuidance | StationGuidance | PursuitGuidance = field(
+        default_factory=DockingGuidance
+    )
     prediction: Prediction | None = None
     preview: Predictor | None = None
     meter: Accelerometer | None = None
@@ -159,7 +162,8 @@ class DockingPilot:
             target,
             command.scale,
             command.push,
-            command.follow * acceleration_at(dock, acceleration, target.position),
+            command.follow * acceleration_at(dock, acceleration, target.position)
+            + command.acceleration,
             guidance.phase == Phase.CONTACT,
         )
         look = state.preview

@@ -148,6 +148,7 @@ class GuidanceCommand:
         push: (..., 3) extra force, NWU, N.
         entered: (...,) bool, the aperture plane was crossed from below at this update.
         follow: (..., 6) which parts of the carrier's acceleration the target has, 0 or 1.
+        acceleration: (..., 6) of the target beside that, world axes NWU, m/s2 and rad/s2.
     """
 
     target: RigidState
@@ -155,6 +156,7 @@ class GuidanceCommand:
     push: Array
     entered: Array
     follow: Array
+    acceleration: Array | float = 0.0
 
 
 @dataclass(frozen=True)

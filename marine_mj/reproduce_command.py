@@ -20,12 +20,15 @@ _RUNS, _FULL = 60, 1000
 
 def reproduce_command(
     system: Annotated[str, typer.Argument(help="The study: docking.")] = "docking",
-    full: Annotated[bool, typer.Option("--full", help=f"{_FULL} runs per sea state.")] = False,
+    full: Annotated[
+        bool, typer.Option("--full", help=f"{_FULL} runs per sea state, whole grids of gains.")
+    ] = False,
     runs: Annotated[
         int | None, typer.Option(help=f"Per sea state; default {_RUNS}, as in the study.")
     ] = None,
     tables: Annotated[
-        str | None, typer.Option(help="Numbers such as 7.12,8.9; default: all.")
+        str | None,
+        typer.Option(help="Tables by number and figures by name: 7.12,8.9,raos; default: all."),
     ] = None,
     highest: Annotated[
         int | None, typer.Option(help="Last sea state; default: that of the tables.")
@@ -38,40 +41,53 @@ def reproduce_command(
     ] = None,
 ) -> None:
     """Do a published study again: its tables beside ours. Give it again to go on after a stop."""
-    from marine_mj.reproduce import rows_of, run_configurations, write_report
+    from marine_mj.reproduce import (
+        choose,
+        rows_of,
+        run_configurations,
+        run_sections,
+        write_report,
+    )
 
     if system != "docking":
         raise AnalysisError(f"cannot reproduce {system!r}; available: docking")
     if full and runs is not None:
         raise AnalysisError(f"--full means {_FULL} runs: leave out --runs {runs}, or --full")
     folder = out or Path("results") / "reproduce" / system
-    rows = rows_of(None if tables is None else tables.split(","))
+    numbers, names = choose(None if tables is None else tables.split(","))
+    rows = rows_of(numbers) if numbers else []
     count = _FULL if full else _RUNS if runs is None else runs
     try:
-        with _progress() as tell:
+        with _progress("campaigns") as tell:
             cells = run_configurations(
                 rows, folder, count, highest=highest, workers=workers, progress=tell
             )
+        with _progress("sections") as tell:
+            sections = run_sections(
+                names, folder, count, full=full, highest=highest, workers=workers, progress=tell
+            )
     except KeyboardInterrupt:
         errors.print(
-            f"interrupted; finished campaigns are in {folder}: give the same command again",
+            f"interrupted; what is finished is in {folder}: give the same command again",
             soft_wrap=True,
         )
         raise typer.Exit(1) from None
-    judged = write_report(rows, cells, folder, highest)
-    verdicts = Counter(j.verdict for j in judged)
+    judged = write_report(rows, cells, folder, highest, sections=sections)
+    found = [f for section in sections for f in section.outcome.findings]
+    verdicts = Counter([*(j.verdict for j in judged), *(f.verdict for f in found)])
+    total = len(judged) + len(found)
     shown = ", ".join(f"{verdict} {n}" for verdict, n in sorted(verdicts.items()))
     console.print(
-        f"{len(judged)} numbers ({shown}); wrote {folder / 'report.md'} and report.json",
+        f"{total} numbers ({shown}); wrote {folder / 'report.md'} and report.json",
         soft_wrap=True,
         highlight=False,
     )
 
 
 @contextlib.contextmanager
-def _progress() -> Iterator[Callable[[int, int], None]]:
-    """A function that shows how many campaigns are settled."""
-    columns = (TextColumn("campaigns"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+def _progress(what: str) -> Iterator[Callable[[int, int], None]]:
+    """A function that shows how many campaigns or sections are settled."""
+    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
-        task = bar.add_task("campaigns", total=None)
+        task = bar.add_task(what, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)

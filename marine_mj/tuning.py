@@ -17,10 +17,12 @@ from marine_mj.controllers import GAINS, PidGains
 from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array
 from marine_mj.scenario import Scenario
-from marine_mj.simulation.batch import run_batch
+from marine_mj.simulation.batch import BatchResult, run_batch
 
 #: Axes of the errors and what each score is a sum of, in this order, NED.
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+#: Signals that the scores come from.
+MISSES = ("target_error", "target_rate")
 #: Grid of the reference's size, 10 x 10 x 10; it does not give the ranges, these are ours.
 GRID_P = np.logspace(1, 4, 10)
 GRID_I = np.concatenate([[0.0], np.logspace(0, 2, 9)])
@@ -105,11 +107,18 @@ def station_errors(
             f"scenario {base.name!r} has no task.settings.station: tuning needs a vehicle that "
             "keeps station, see docking_tuning"
         )
-    names = ("target_error", "target_rate")
-    result = run_batch(base, variations, threads=threads, record=names, progress=progress)
+    result = run_batch(base, variations, threads=threads, record=MISSES, progress=progress)
+    return rms_errors(result)
+
+
+def rms_errors(result: BatchResult) -> Array:
+    """Root mean square (n, 2, 6) of pose and velocity error of runs that recorded `MISSES`, NED.
+
+    Runs with an error have inf.
+    """
     assert result.signals is not None
     # The first entry is from before the first command.
-    samples = np.stack([result.signals[name].values[:, 1:] for name in names], axis=1)
+    samples = np.stack([result.signals[name].values[:, 1:] for name in MISSES], axis=1)
     errors = np.sqrt(np.mean(samples**2, axis=2))
     failed = np.array([row["error"] is not None for row in result.rows])
     return np.where(failed[:, None, None] | np.isnan(errors), np.inf, errors)

@@ -216,7 +216,7 @@ class PlanarNavigation:
             mean=blank,
             covariance=np.zeros((*shape, 2, 6, 6)),
         )
-        fixes = self._fixes(state, vehicle, carrier, 0)
+        fixes = self.fixes(state, vehicle, carrier, 0)
         return self._joined(state, [f.start(z) for f, z in zip(self.filters, fixes, strict=True)])
 
     def update(
@@ -248,7 +248,7 @@ class PlanarNavigation:
                 for i, f in enumerate(filters)
             ]
             if step % self.every == 0:
-                fixes = self._fixes(state, vehicle, carrier, step)
+                fixes = self.fixes(state, vehicle, carrier, step)
                 pairs = [
                     f.correct(*p, z)[:2] for f, p, z in zip(filters, pairs, fixes, strict=True)
                 ]
@@ -268,10 +268,10 @@ class PlanarNavigation:
         mean = np.stack([pair[0] for pair in pairs], axis=-2)
         return replace(state, mean=mean, covariance=np.stack([p[1] for p in pairs], axis=-3))
 
-    def _fixes(
+    def fixes(
         self, state: PlanarState, vehicle: RigidState, carrier: RigidState, step: int
     ) -> tuple[Array, Array]:
-        """Noisy `[x, z, theta, u, w, q]` (..., 6) of vehicle and carrier."""
+        """Measured `[x, z, theta, u, w, q]` (..., 6) of vehicle and carrier at a step."""
         noise = NoiseStream(state.seeds, 12, _FIX).rows(step)
         sigma = np.asarray(self.fix)
         own, other = self.true_states(state, vehicle, carrier)

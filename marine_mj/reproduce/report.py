@@ -11,6 +11,7 @@ from marine_mj.reproduce.docking import Row
 from marine_mj.reproduce.figures import draw_intervals
 from marine_mj.reproduce.judgement import COLUMNS, Judged, judge
 from marine_mj.reproduce.runner import Cells
+from marine_mj.reproduce.sections import Done
 
 _INTRODUCTION = """\
 Maximum operational sea states: published -> ours [95 % of {resamples} bootstrap resamples]. A
@@ -26,6 +27,7 @@ def write_report(
     folder: str | Path,
     highest: int | None = None,
     resamples: int = 200,
+    sections: Sequence[Done] = (),
 ) -> list[Judged]:
     """All numbers of the tables beside ours, written to `folder`.
 
@@ -35,6 +37,7 @@ def write_report(
         folder: gets report.json (docs/contracts.md), report.md and table_*.png.
         highest: last sea state that was run, where the tables go further.
         resamples: of the bootstrap.
+        sections: what stands beside the tables of sea states (`run_sections`).
 
     Raises:
         CampaignError: the folder cannot be written.
@@ -44,12 +47,15 @@ def write_report(
     tables: dict[str, list[Row]] = {}
     for row in rows:
         tables.setdefault(row.table, []).append(row)
+    rows_of_report = [as_dict(j) for j in judged]
+    rows_of_report += [f.row(s.title) for s in sections for f in s.outcome.findings]
     try:
         place.mkdir(parents=True, exist_ok=True)
         figures = {table: draw_intervals(lines, cells, place) for table, lines in tables.items()}
-        write_json(place / "report.json", [as_dict(j) for j in judged])
+        write_json(place / "report.json", rows_of_report)
         (place / "report.md").write_text(
-            _markdown(judged, cells, figures, resamples), encoding="utf-8"
+            _markdown(judged, cells, figures, resamples) + "".join(map(_section, sections)),
+            encoding="utf-8",
         )
     except OSError as error:
         raise CampaignError(
@@ -82,6 +88,8 @@ def _markdown(
     judged: Sequence[Judged], cells: Mapping[str, Cells], figures: Mapping[str, str], resamples: int
 ) -> str:
     """The page."""
+    if not judged:
+        return "# Docking study reproduced\n"
     counts = Counter(j.verdict for j in judged)
     runs = {len(e) for c in cells.values() for e in c.entries.values()}
     text = ", ".join(f"{verdict} {n}" for verdict, n in sorted(counts.items()))
@@ -123,3 +131,28 @@ def _shown(judged: Judged) -> str:
 
 def _notes(judged: Sequence[Judged]) -> str:
     return "\n".join(f"- {j.row.label}, {j.column}: {j.note}." for j in judged if j.note)
+
+
+def _section(done: Done) -> str:
+    """A section of the page: its numbers, notes and figures."""
+    found = done.outcome
+    parts = [f"\n## {done.title}", found.text]
+    if found.findings:
+        lines = ["| quantity | published | ours | unit | verdict | note |", "| --- " * 6 + "|"]
+        for f in found.findings:
+            span = ""
+            if f.interval is not None:
+                span = f" [{f.interval[0]:.3g}, {f.interval[1]:.3g}]"
+            verdict = f"**{f.verdict}**" if f.verdict != "agrees" else f.verdict
+            cells = (f.quantity, _number(f.published), f"{_number(f.ours)}{span}", f.unit, verdict)
+            lines.append(f"| {' | '.join((*cells, f.note))} |")
+        parts.append("\n".join(lines))
+    parts += [f"![{name}](sections/{done.name}/{name})" for name in found.figures]
+    return "\n\n".join(parts) + "\n"
+
+
+def _number(value: float | str | None) -> str:
+    """A value in the table."""
+    if value is None:
+        return "-"
+    return value if isinstance(value, str) else f"{value:.4g}"

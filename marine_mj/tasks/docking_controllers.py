@@ -15,6 +15,7 @@ from marine_mj.controllers import (
     Cpva,
     DockingGuidance,
     DockingPilot,
+    DockingPlan,
     KinematicPredictor,
     Limits,
     Lqr,
@@ -24,6 +25,7 @@ from marine_mj.controllers import (
     PosePid,
     Prediction,
     Predictor,
+    PursuitGuidance,
     SlidingMode,
     StationGuidance,
     VehicleModel,
@@ -55,14 +57,24 @@ def docking_pilot(
         controller=_controller(scenario, settings, physics, limits),
         frames=physics.dock_frames,
         period=period,
-        guidance=DockingGuidance(plan)
-        if settings.station is None
-        else StationGuidance(settings.station, plan),
+        guidance=_guidance(settings, plan, period),
         prediction=_prediction(settings.prediction, period),
         preview=_preview(settings, period),
         # The reference knows accelerations exactly: neither smoothed nor ahead.
         meter=Accelerometer(period, smoothing=1e-9, lead=0.0) if published else None,
     )
+
+
+def _guidance(
+    settings: DockingSettings, plan: DockingPlan, period: float
+) -> DockingGuidance | StationGuidance | PursuitGuidance:
+    """Where the settings steer to: the dock, a station below it, or a waypoint."""
+    if settings.station is not None:
+        return StationGuidance(settings.station, plan)
+    if (to := settings.waypoint) is not None:
+        parts = (np.array(part) for part in (to.pose, to.rate, to.acceleration))
+        return PursuitGuidance(period, *parts, plan)
+    return DockingGuidance(plan)
 
 
 def _controller(

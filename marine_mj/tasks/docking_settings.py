@@ -107,6 +107,20 @@ class PlanSettings(Settings):
         return DockingPlan(**values)
 
 
+class WaypointSettings(Settings):
+    """A waypoint in the vertical plane instead of a dock; see `controllers.PursuitGuidance`.
+
+    Attributes:
+        pose: x, z, theta at the start, NED, m and rad.
+        rate: m/s, rad/s.
+        acceleration: m/s2, rad/s2.
+    """
+
+    pose: tuple[float, float, float]
+    rate: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    acceleration: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
 class LatchSettings(Settings):
     """Limits within which the latch closes.
 
@@ -145,6 +159,7 @@ class DockingSettings(Settings):
         prediction: let the controller act on predicted states; left out: on the present ones.
         preview: how `mpc` predicts the motion of the dock over its horizon.
         station: keep station this far below the goal instead of docking, m.
+        waypoint: steer to a waypoint, at rest or under way, instead of docking.
         error_limit: longest position error that `pose_pid` sees, m; left out: no limit.
         plan: waypoints and contact phase.
         latch: when the latch closes.
@@ -167,6 +182,7 @@ class DockingSettings(Settings):
     prediction: PredictionSettings | None = None
     preview: PredictionKind = "ar"
     station: Positive | None = None
+    waypoint: WaypointSettings | None = None
     plan: PlanSettings = PlanSettings()
     latch: LatchSettings = LatchSettings()
     navigation: NavigationSettings = NavigationSettings()
@@ -189,6 +205,10 @@ class DockingSettings(Settings):
             raise ValueError(
                 f"gain_values belong to controller 'pose_pid' without gains, got controller "
                 f"{self.controller!r}, gains {self.gains!r}"
+            )
+        if self.station is not None and self.waypoint is not None:
+            raise ValueError(
+                f"station = {self.station:g} and a waypoint are two targets: leave out one"
             )
         if self.prediction is not None and self.controller == "mpc":
             raise ValueError("controller 'mpc' predicts by itself: leave out prediction")

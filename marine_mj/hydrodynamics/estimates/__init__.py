@@ -12,6 +12,7 @@ from marine_mj.hydrodynamics.estimates.drag import (
     quadratic_drag,
     streamlined_form_factor,
 )
+from marine_mj.hydrodynamics.estimates.drag_fit import DragFit, fit_drag
 from marine_mj.hydrodynamics.estimates.drift import plate_reflection, reflected_drift
 from marine_mj.hydrodynamics.estimates.ellipsoids import (
     disc_added_mass,
@@ -40,6 +41,7 @@ from marine_mj.hydrodynamics.estimates.tables import (
 )
 
 __all__ = [
+    "DragFit",
     "cross_flow_damping",
     "cylinder_added_mass",
     "disc_added_mass",
@@ -47,6 +49,7 @@ __all__ = [
     "ellipsoid_coefficients",
     "elliptic_plate_added_mass",
     "finned_circle_added_mass",
+    "fit_drag",
     "froude_number",
     "hoerner_cross_flow_coefficient",
     "hull_resistance",
