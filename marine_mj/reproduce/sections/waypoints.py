@@ -20,7 +20,7 @@ _FASTEST = np.array([2.136, 0.368, 0.427])
 _REACHED = np.array([0.3, 0.3, 0.1])
 _LAST = 3.0
 #: Share of the speed it could have with which a vehicle counts as pursuing, and when, s.
-_PURSUED, _LOOK = 0.8, (10.0, 20.0)
+_PURSUED, _LOOK = 0.9, (10.0, 20.0)
 
 
 @dataclass(frozen=True)
