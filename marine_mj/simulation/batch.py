@@ -63,7 +63,8 @@ def run_batch(
 
     The same bits as `simulation.run` gives for each variation, whatever the number of threads and
     however runs are put together. Runs that differ in weather, seed, duration and numbers of the
-    task (gains, thresholds, noise) are stepped together; others in groups of their own. Finished runs cost nothing any more.
+    task (gains, thresholds, noise) are stepped together; others in groups of their own. Finished
+    runs cost nothing any more.
 
     Args:
         scenario: base scenario, or its name or path.
