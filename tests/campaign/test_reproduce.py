@@ -228,7 +228,9 @@ def test_a_killed_worker_is_named(tmp_path, monkeypatch):
             return future
 
     monkeypatch.setattr(runner, "open_pool", lambda *_, **__: nullcontext(Dead()))
-    with pytest.raises(CampaignError, match=r"worker was killed while it ran manual in .*same command again"):
+    with pytest.raises(
+        CampaignError, match=r"worker was killed while it ran manual in .*same command again"
+    ):
         run_configurations([line(2573)], tmp_path)
 
 
