@@ -4,7 +4,6 @@ import contextlib
 import dataclasses
 import json
 import sys
-import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -18,6 +17,7 @@ from marine_mj.campaign_commands import campaign_app, replay_command
 from marine_mj.errors import MarineMjError, ScenarioError, SimulationError
 from marine_mj.hydro_command import hydro_command
 from marine_mj.reproduce_command import reproduce_command
+from marine_mj.toml import assignments
 
 app = typer.Typer(
     help="Marine vehicle simulation on MuJoCo.",
@@ -46,7 +46,7 @@ def run_command(
     """Run a scenario; writes FOLDER/NAME/log.nc and summary.json."""
     from marine_mj.scenario import Scenario
 
-    chosen = Scenario.load(scenario).with_values(_changes(values or []))
+    chosen = Scenario.load(scenario).with_values(assignments(values or []))
     if seed is not None:
         chosen = chosen.with_values({"seed": seed})
     if first_step:
@@ -324,20 +324,6 @@ def _progress() -> Iterator[Callable[[str, float, float], None]]:
             bar.update(parts[part], completed=done, total=total)
 
         yield report
-
-
-def _changes(pairs: list[str]) -> dict[str, Any]:
-    """Values by dotted key of KEY=VALUE texts; values as in TOML, else plain text."""
-    changes = {}
-    for pair in pairs:
-        key, separator, text = pair.partition("=")
-        if not separator or not key:
-            raise ScenarioError(f"--set {pair!r} is not KEY=VALUE, such as sea.sea_state=3")
-        try:
-            changes[key.strip()] = tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
-            changes[key.strip()] = text
-    return changes
 
 
 def _numbers(option: str, text: str) -> list[float]:

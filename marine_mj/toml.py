@@ -1,13 +1,35 @@
-"""TOML text of nested dictionaries (the standard library only reads it)."""
+"""TOML text of nested dictionaries (the standard library only reads it), and KEY=VALUE texts."""
 
 import json
 import math
+import tomllib
+from collections.abc import Iterable
 from typing import Any
+
+from marine_mj.errors import ScenarioError
 
 
 def dump(values: dict[str, Any]) -> str:
     """TOML text of a nested dictionary; entries that are None are left out."""
     return "\n".join(_table(values, ())).strip() + "\n"
+
+
+def assignments(pairs: Iterable[str]) -> dict[str, Any]:
+    """Values by dotted key of KEY=VALUE texts; values as in TOML, else plain text.
+
+    Raises:
+        ScenarioError: a text is not KEY=VALUE.
+    """
+    changes = {}
+    for pair in pairs:
+        key, separator, text = pair.partition("=")
+        if not separator or not key:
+            raise ScenarioError(f"--set {pair!r} is not KEY=VALUE, such as sea.sea_state=3")
+        try:
+            changes[key.strip()] = tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError:
+            changes[key.strip()] = text
+    return changes
 
 
 def _table(values: dict[str, Any], path: tuple[str, ...]) -> list[str]:

@@ -57,7 +57,7 @@ def run_together(campaigns: Mapping[Path, Plan], *, extend: bool = False) -> Non
 def _batches(states: list[CampaignState]) -> Iterator[list[_Job]]:
     """Missing chunks of all campaigns, a first one of each, then a second one of each, ..."""
     waiting: list[_Job] = []
-    rounds = itertools.zip_longest(*(((s, *job) for job in s.missing()) for s in states))
+    rounds = itertools.zip_longest(*map(_jobs, states))
     for job in itertools.chain.from_iterable(rounds):
         if job is None:
             continue
@@ -67,3 +67,9 @@ def _batches(states: list[CampaignState]) -> Iterator[list[_Job]]:
         waiting.append(job)
     if waiting:
         yield waiting
+
+
+def _jobs(state: CampaignState) -> Iterator[_Job]:
+    """Missing chunks of a campaign."""
+    for first, work in state.missing():
+        yield state, first, work

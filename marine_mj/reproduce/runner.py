@@ -71,6 +71,7 @@ def run_configurations(
     runs: int = 60,
     *,
     highest: int | None = None,
+    changes: Mapping[str, Any] | None = None,
     workers: int | None = None,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -88,6 +89,7 @@ def run_configurations(
         folder: of the reproduction.
         runs: per configuration and sea state.
         highest: last sea state; None: that of the tables.
+        changes: of the scenario by dotted key, for all runs: what if the study did otherwise?
         workers, executor: see `open_pool`.
         progress: called with the number of campaigns that are settled and of all campaigns.
 
@@ -110,7 +112,7 @@ def run_configurations(
             while idle and len(running) < pool.slots:
                 names = _next(idle, blocks, found, pool.slots)
                 tasks = [(name, blocks[name][_done(found, blocks, name)]) for name in names]
-                running[pool.submit(_together, tasks, base, runs)] = names
+                running[pool.submit(_together, tasks, base, runs, changes or {})] = names
                 idle -= set(names)
             for future in wait(running, timeout=_LOOK, return_when=FIRST_COMPLETED).done:
                 names = running.pop(future)
@@ -128,12 +130,17 @@ def run_configurations(
     return {name: found[name] for name in blocks}
 
 
-def block_plan(configuration: Configuration, states: Sequence[int], runs: int) -> Plan:
+def block_plan(
+    configuration: Configuration,
+    states: Sequence[int],
+    runs: int,
+    changes: Mapping[str, Any] | None = None,
+) -> Plan:
     """The campaign of a configuration in some sea states: common seeds, entries as metrics."""
     settings: dict[str, Any] = {
         "name": f"{configuration.name}.sea_states_{'-'.join(map(str, states))}",
         "scenario": SCENARIO,
-        "set": configuration.changes,
+        "set": {**configuration.changes, **(changes or {})},
         "runs": runs,
         "seed": _SEED,
         "common_seeds": True,
@@ -207,11 +214,14 @@ def _next(idle: Collection[str], blocks: Blocks, found: Mapping[str, Cells], slo
 
 
 def _together(
-    tasks: Sequence[tuple[str, tuple[int, ...]]], base: Path, runs: int
+    tasks: Sequence[tuple[str, tuple[int, ...]]],
+    base: Path,
+    runs: int,
+    changes: Mapping[str, Any],
 ) -> dict[str, Cells]:
     """Results of configurations in some sea states each; the work of a worker."""
     plans = {
-        _folder(base, name, states): block_plan(CONFIGURATIONS[name], states, runs)
+        _folder(base, name, states): block_plan(CONFIGURATIONS[name], states, runs, changes)
         for name, states in tasks
     }
     run_together(plans, extend=True)
