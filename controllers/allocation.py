@@ -61,7 +61,8 @@ class Allocator:
         hessian = scaled.T @ scaled
         effort = _EFFORT * np.trace(hessian) * np.mean(span) ** 2 / len(span) / span**2
         hessian += np.diag(effort + 1e-30)
-        return np.linalg.cholesky(hessian), hessian, self.axis_weight[:, None] * scaled
+        factor = np.asarray(np.linalg.cholesky(hessian), dtype=float)
+        return factor, hessian, self.axis_weight[:, None] * scaled
 
     def allocate(self, wrench: Array) -> tuple[Array, Array]:
         """Thruster commands (..., m) within the limits, and the wrench (..., 6) they give.
