@@ -218,7 +218,7 @@ class Scenario(SettingsFile):
         control_period: between two controller updates, s, a multiple of `timestep`.
         log_period: between two log entries, s, a multiple of `control_period`.
         integrator: of MuJoCo.
-        contact: whether bodies collide; without, a run costs a third less.
+        contact: whether bodies collide.
         sea, current, wind: the environment.
         water_density: kg/m3.
         vehicles: tables by instance name, in the order in which they are attached.

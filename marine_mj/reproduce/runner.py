@@ -21,7 +21,7 @@ _SEED = 712
 #: Runs of a sea state that are stepped together.
 _CHUNK = 60
 #: Sea states of a campaign, by longest run (s). More of them make larger batches, of which a
-#: control period costs 0.6 ms however few runs are left; but those above one with an unfinished run
+#: control period costs 0.8 ms however few runs are left; but those above one with an unfinished run
 #: are for nothing, and dear where runs may last 300 s.
 _BLOCKS = {
     120.0: ((0,), (1, 2, 3), (4, 5, 6), (7, 8, 9), (10, 11, 12)),

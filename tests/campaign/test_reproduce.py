@@ -251,6 +251,12 @@ def test_refusals(capsys, tmp_path, arguments, message):
     assert stop.value.code == 1 and message in capsys.readouterr().err.replace("\n", " ")
 
 
+def test_changes_need_a_folder_of_their_own(capsys):
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["reproduce", "docking", "--set", "sea.components=20"])
+    assert stop.value.code == 1 and "give it an --out of its own" in capsys.readouterr().err
+
+
 def test_an_empty_choice_is_refused():
     with pytest.raises(AnalysisError, match=r"there are 7\.12, 7\.13"):
         rows_of([])
