@@ -8,6 +8,7 @@ are FLU at the body origin, [X, Y, Z, K, M, N].
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from marine_mj.controllers.pid import Limits
@@ -51,6 +52,18 @@ class Allocator:
         if np.any(self.limits.low > 0) or np.any(self.limits.high < 0):
             raise ScenarioError("thruster limits must contain zero thrust")
 
+    @cached_property
+    def _problem(self) -> tuple[Array, Array, Array]:
+        """Cholesky factor (m, m), Hessian (m, m), and slope (6, m) of the cost over the wrench."""
+        scaled = self.axis_weight[:, None] * self.effectiveness  # (6, m)
+        # Effort is measured relative to each thruster's range.
+        span = 0.5 * np.maximum(self.limits.high - self.limits.low, 1e-12)
+        hessian = scaled.T @ scaled
+        effort = _EFFORT * np.trace(hessian) * np.mean(span) ** 2 / len(span) / span**2
+        hessian += np.diag(effort + 1e-30)
+        factor = np.asarray(np.linalg.cholesky(hessian), dtype=float)
+        return factor, hessian, self.axis_weight[:, None] * scaled
+
     def allocate(self, wrench: Array) -> tuple[Array, Array]:
         """Thruster commands (..., m) within the limits, and the wrench (..., 6) they give.
 
@@ -59,18 +72,10 @@ class Allocator:
         """
         wrench = np.asarray(wrench, dtype=float)
         flat = np.ascontiguousarray(wrench.reshape(-1, 6))
-        scaled = self.axis_weight[:, None] * self.effectiveness  # (6, m)
-        # Effort is measured relative to each thruster's range.
-        span = 0.5 * np.maximum(self.limits.high - self.limits.low, 1e-12)
-        hessian = scaled.T @ scaled
-        effort = _EFFORT * np.trace(hessian) * np.mean(span) ** 2 / len(span) / span**2
-        hessian += np.diag(effort + 1e-30)
-        commands = np.empty((len(flat), len(span)))
+        commands = np.empty((len(flat), self.effectiveness.shape[1]))
         given = np.empty_like(flat)
         _allocate(
-            np.linalg.cholesky(hessian),
-            hessian,
-            self.axis_weight[:, None] * scaled,
+            *self._problem,
             self.effectiveness,
             flat,
             np.asarray(self.limits.low, dtype=float),

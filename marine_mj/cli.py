@@ -13,12 +13,12 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from marine_mj import toml
 from marine_mj.campaign_commands import campaign_app, replay_command
 from marine_mj.compare_command import compare_command, limits_app
 from marine_mj.errors import MarineMjError, ScenarioError, SimulationError
 from marine_mj.hydro_command import hydro_command
 from marine_mj.reproduce_command import reproduce_command
+from marine_mj.toml import assignments
 
 app = typer.Typer(
     help="Marine vehicle simulation on MuJoCo.",
@@ -49,7 +49,7 @@ def run_command(
     """Run a scenario; writes FOLDER/NAME/log.nc and summary.json."""
     from marine_mj.scenario import Scenario
 
-    chosen = Scenario.load(scenario).with_values(_changes(values or []))
+    chosen = Scenario.load(scenario).with_values(assignments(values or []))
     if seed is not None:
         chosen = chosen.with_values({"seed": seed})
     if first_step:
@@ -334,17 +334,6 @@ def _progress() -> Iterator[Callable[[str, float, float], None]]:
             bar.update(parts[part], completed=done, total=total)
 
         yield report
-
-
-def _changes(pairs: list[str]) -> dict[str, Any]:
-    """Values by dotted key of KEY=VALUE texts; values as in TOML, else plain text."""
-    changes = {}
-    for pair in pairs:
-        key, separator, text = pair.partition("=")
-        if not separator or not key:
-            raise ScenarioError(f"--set {pair!r} is not KEY=VALUE, such as sea.sea_state=3")
-        changes[key.strip()] = toml.value(text)
-    return changes
 
 
 def _numbers(option: str, text: str) -> list[float]:

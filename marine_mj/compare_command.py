@@ -46,11 +46,11 @@ def compare_command(
     contact_speed: Slow = 0.2,
 ) -> None:
     """Run a scenario with other values in the same sea; a video with a panel for each."""
-    from marine_mj.cli import _changes
     from marine_mj.compare import variants
     from marine_mj.scenario import Scenario
+    from marine_mj.toml import assignments
 
-    changes = _changes(values or [])
+    changes = assignments(values or [])
     if sea_state is not None:
         changes["sea.sea_state"] = sea_state
     if seed is not None:

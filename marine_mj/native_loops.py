@@ -26,7 +26,8 @@ def native_loop(signature: str, layout: str) -> Callable[[Callable], Any]:
 
     def decorate(function: Callable) -> Any:
         with _alone():
-            return guvectorize([signature], layout, cache=True)(function)
+            # The numpy ufunc itself: numba's wrapper costs as much as a small call.
+            return guvectorize([signature], layout, cache=True)(function).ufunc
 
     return decorate
 

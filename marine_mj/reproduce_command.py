@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from marine_mj.errors import AnalysisError
+from marine_mj.toml import assignments
 
 console = Console()
 errors = Console(stderr=True)
@@ -29,6 +30,10 @@ def reproduce_command(
     tables: Annotated[
         str | None,
         typer.Option(help="Tables by number and figures by name: 7.12,8.9,raos; default: all."),
+    ] = None,
+    sets: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="KEY=VALUE of the scenario, for all runs; needs an --out."),
     ] = None,
     highest: Annotated[
         int | None, typer.Option(help="Last sea state; default: that of the tables.")
@@ -53,6 +58,10 @@ def reproduce_command(
         raise AnalysisError(f"cannot reproduce {system!r}; available: docking")
     if full and runs is not None:
         raise AnalysisError(f"--full means {_FULL} runs: leave out --runs {runs}, or --full")
+    if sets and out is None:
+        raise AnalysisError(
+            "--set changes what the tables are made of: give it an --out of its own"
+        )
     folder = out or Path("results") / "reproduce" / system
     numbers, names = choose(None if tables is None else tables.split(","))
     rows = rows_of(numbers) if numbers else []
@@ -60,7 +69,13 @@ def reproduce_command(
     try:
         with _progress("campaigns") as tell:
             cells = run_configurations(
-                rows, folder, count, highest=highest, workers=workers, progress=tell
+                rows,
+                folder,
+                count,
+                highest=highest,
+                changes=assignments(sets or []),
+                workers=workers,
+                progress=tell,
             )
         with _progress("sections") as tell:
             sections = run_sections(

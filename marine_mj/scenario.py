@@ -220,6 +220,7 @@ class Scenario(SettingsFile):
         control_period: between two controller updates, s, a multiple of `timestep`.
         log_period: between two log entries, s, a multiple of `control_period`.
         integrator: of MuJoCo.
+        contact: whether bodies collide.
         sea, current, wind: the environment.
         water_density: kg/m3.
         vehicles: tables by instance name, in the order in which they are attached.
@@ -236,6 +237,7 @@ class Scenario(SettingsFile):
     control_period: Positive = 0.01
     log_period: Positive = 0.05
     integrator: Literal["implicitfast", "implicit", "Euler", "RK4"] = "implicitfast"
+    contact: bool = True
     water_density: Positive = 1025.0
     sea: Sea = Sea(spectrum="none")
     current: Current = Current()

@@ -100,6 +100,8 @@ def build_scene(scenario: Scenario) -> mujoco.MjSpec:
     spec.option.integrator = _INTEGRATORS[scenario.integrator]
     # A diverging run must raise, not start again silently.
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    if not scenario.contact:
+        spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     for instance, vehicle in scenario.vehicles.items():
         _attach_vehicle(spec, instance, vehicle)
     carriers = [name for name, vehicle in scenario.vehicles.items() if vehicle.dock is not None]

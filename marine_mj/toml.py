@@ -1,9 +1,12 @@
-"""TOML text of nested dictionaries (the standard library only reads it), and single values."""
+"""TOML text of nested dictionaries (the standard library only reads it), and values as texts."""
 
 import json
 import math
 import tomllib
+from collections.abc import Iterable
 from typing import Any
+
+from marine_mj.errors import ScenarioError
 
 
 def dump(values: dict[str, Any]) -> str:
@@ -17,6 +20,21 @@ def value(text: str) -> Any:
         return tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
         return text
+
+
+def assignments(pairs: Iterable[str]) -> dict[str, Any]:
+    """Values by dotted key of KEY=VALUE texts; values as in TOML, else plain text.
+
+    Raises:
+        ScenarioError: a text is not KEY=VALUE.
+    """
+    changes = {}
+    for pair in pairs:
+        key, separator, text = pair.partition("=")
+        if not separator or not key:
+            raise ScenarioError(f"--set {pair!r} is not KEY=VALUE, such as sea.sea_state=3")
+        changes[key.strip()] = value(text)
+    return changes
 
 
 def _table(values: dict[str, Any], path: tuple[str, ...]) -> list[str]:

@@ -27,7 +27,8 @@ def stack(trees: Sequence[T]) -> T:
 
     Numbers and arrays that are the same in all trees stay as they are (they broadcast). Of a field
     with the metadata `stack="first"` the first tree's value is kept unseen; one with
-    `stack="same"` must be the same in all trees.
+    `stack="same"` must be the same in all trees, and so must an object whose class says
+    `stack_rule = "same"`.
 
     Raises:
         StructureError: the trees differ in a type, a name, a flag, a count or a shape.
@@ -38,6 +39,10 @@ def stack(trees: Sequence[T]) -> T:
         return first
     if any(type(tree) is not type(first) for tree in others):
         raise StructureError(f"{sorted({type(tree).__name__ for tree in trees})} cannot be stacked")
+    if getattr(first, "stack_rule", None) == "same":
+        if all(_same(tree, first) for tree in others):
+            return first
+        raise StructureError(f"{type(first).__name__} differs between the simulations")
     if dataclasses.is_dataclass(first):
         return _rebuilt(
             first,
@@ -75,6 +80,8 @@ def _field(values: Sequence[Any], field: dataclasses.Field) -> Any:
 
 def _same(a: Any, b: Any) -> bool:
     """Whether two trees hold the same numbers."""
+    if type(a) is not type(b):
+        return False
     if dataclasses.is_dataclass(a):
         return all(map(_same, _values(a), _values(b)))
     return bool(np.array_equal(a, b))

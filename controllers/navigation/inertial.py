@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
+from typing import ClassVar
 
 import numpy as np
 from marine_mj.controllers.kinematics import RigidState, rotate
@@ -121,6 +122,8 @@ class InertialNavigation:
         doubt: share of good measurements that the gate on the NIS refuses.
         start: (9,) standard deviations of position, velocity and attitude at the start.
     """
+
+    stack_rule: ClassVar[str] = "same"
 
     period: float
     carrier: CarrierNavigation

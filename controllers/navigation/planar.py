@@ -167,13 +167,13 @@ class PlanarNavigation:
 
     Attributes:
         period: time between updates, s.
-        every: updates between two fixes.
+        every: updates between two fixes, a whole number.
         acceleration: (3,) standard deviations of the measured accelerations.
         fix: (6,) standard deviations of a fix.
     """
 
     period: float
-    every: int
+    every: float
     acceleration: Vector
     fix: Vector
 
@@ -185,7 +185,7 @@ class PlanarNavigation:
             ScenarioError: `fix_period` is not a whole multiple of `period`.
         """
         every = whole_steps("navigation fix_period", noise.fix_period, period)
-        return cls(period, every, np.asarray(noise.acceleration), np.asarray(noise.fix))
+        return cls(period, float(every), np.asarray(noise.acceleration), np.asarray(noise.fix))
 
     @property
     def filters(self) -> tuple[PlanarFilter, PlanarFilter]:
@@ -247,10 +247,12 @@ class PlanarNavigation:
                 f.predict(state.mean[..., i, :], state.covariance[..., i, :, :], measured[i])
                 for i, f in enumerate(filters)
             ]
-            if step % self.every == 0:
+            due = np.mod(step, self.every) == 0
+            if np.any(due):
                 fixes = self.fixes(state, vehicle, carrier, step)
                 pairs = [
-                    f.correct(*p, z)[:2] for f, p, z in zip(filters, pairs, fixes, strict=True)
+                    _where(due, f.correct(*p, z)[:2], p)
+                    for f, p, z in zip(filters, pairs, fixes, strict=True)
                 ]
             state = self._joined(state, pairs)
         linear = rotate(turn, _from_plane(other)[..., :3])
@@ -324,6 +326,14 @@ class PlanarNavigation:
             frames.quaternion_multiply(state.plane, tilted),
             np.concatenate(velocity, axis=-1),
         )
+
+
+def _where(
+    due: NDArray[np.bool_], new: tuple[Array, Array], old: tuple[Array, Array]
+) -> tuple[Array, Array]:
+    """Mean and covariance with a fix where one is due (...,)."""
+    rows = np.asarray(due)[..., None]
+    return np.where(rows, new[0], old[0]), np.where(rows[..., None], new[1], old[1])
 
 
 def _in_plane(vector: Array) -> Array:

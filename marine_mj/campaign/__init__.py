@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from marine_mj.campaign.plan import Plan
     from marine_mj.campaign.runner import evaluate, load_plan, run_campaign
     from marine_mj.campaign.settings import Campaign
+    from marine_mj.campaign.together import run_together
 
 _HOME = {
     "Campaign": "settings",
@@ -16,6 +17,7 @@ _HOME = {
     "evaluate": "runner",
     "load_plan": "runner",
     "run_campaign": "runner",
+    "run_together": "together",
 }
 
 __all__ = [
@@ -25,6 +27,7 @@ __all__ = [
     "evaluate",
     "load_plan",
     "run_campaign",
+    "run_together",
 ]
 
 

@@ -62,16 +62,11 @@ def run_campaign(
     """
     place = CampaignFolder(folder)
     pool = functools.partial(open_pool, workers, cluster, executor)
-    _check_start(place, resume)
-    plan.check()
-    place.create()
-    with place.lock():
-        _check_start(place, resume)
-        totals = _open(plan, place, resume, extend)
+    with started(plan, place, resume, extend) as totals:
         if plan.campaign.rare is not None:
             with contextlib.ExitStack() as stack:
                 return search(plan, place, lambda: stack.enter_context(pool()), progress, do)
-        state = _State(plan, place, totals, progress)
+        state = CampaignState(plan, place, totals, progress)
         jobs = state.missing()
         # No workers are started for a campaign that is complete.
         for job in itertools.islice(jobs, 1):
@@ -109,6 +104,21 @@ def evaluate(
     with open_pool(workers, cluster, executor) as pool:
         found = dict(dispatch(jobs, pool))
     return [row for first in firsts for row in found[first].rows]
+
+
+@contextlib.contextmanager
+def started(plan: Plan, place: CampaignFolder, resume: bool, extend: bool) -> Iterator[list[int]]:
+    """Ends of a campaign and its extensions, whose folder is ready and locked meanwhile.
+
+    Raises:
+        CampaignError, ScenarioError, ModelError: see `run_campaign`.
+    """
+    _check_start(place, resume)
+    plan.check()
+    place.create()
+    with place.lock():
+        _check_start(place, resume)
+        yield _open(plan, place, resume, extend)
 
 
 def _check_start(place: CampaignFolder, resume: bool) -> None:
@@ -150,15 +160,22 @@ def _open(plan: Plan, place: CampaignFolder, resume: bool, extend: bool) -> list
     return before["totals"]
 
 
-class _State:
-    """Finished chunks, counted as they come."""
+class CampaignState:
+    """Finished chunks of a campaign, counted as they come.
+
+    Args:
+        plan: what is run.
+        place: its folder, locked.
+        totals: see `started`.
+        progress: called after every chunk.
+    """
 
     def __init__(
         self,
         plan: Plan,
         place: CampaignFolder,
         totals: list[int],
-        progress: Callable[[Progress], None] | None,
+        progress: Callable[[Progress], None] | None = None,
     ) -> None:
         self._plan, self._place, self._totals, self._progress = plan, place, totals, progress
         self.monitor = StoppingMonitor(plan.campaign, plan.cells)

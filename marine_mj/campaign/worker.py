@@ -1,5 +1,6 @@
 """What a worker does: the runs of one chunk."""
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,7 +10,7 @@ import xarray as xr
 from marine_mj.campaign.code import fingerprint
 from marine_mj.errors import CampaignError, ScenarioError
 from marine_mj.scenario import Scenario
-from marine_mj.simulation.batch import BatchResult, run_batch
+from marine_mj.simulation.batch import BatchResult, run_batch, run_scenarios
 
 #: Reason in the row of a run whose worker ended without an answer, again and again.
 WORKER_DIED = "worker died: the process that computed this run was killed or crashed every time"
@@ -104,6 +105,21 @@ def do(work: Work) -> Done:
     # Whatever one run raises must not take the others with it.
     except Exception:
         return joined([_single(scenario, variation, work) for variation in work.variations])
+
+
+def do_together(works: Sequence[Work]) -> list[Done]:
+    """Results of several works without signals, each as `do` gives it, from one batch."""
+    parts = [
+        varied(Scenario.from_toml(work.scenario, "base scenario"), work.variations)
+        for work in works
+    ]
+    scenarios = [s for part in parts for s in part if isinstance(s, Scenario)]
+    if len(scenarios) == sum(map(len, parts)):
+        # Whatever one run raises must not take the others with it.
+        with contextlib.suppress(Exception):
+            rows = iter(run_scenarios(scenarios).rows)
+            return [Done([next(rows) for _ in part]) for part in parts]
+    return [do(work) for work in works]
 
 
 def _batch(scenario: Scenario, variations: Sequence[Mapping[str, Any]], work: Work) -> BatchResult:

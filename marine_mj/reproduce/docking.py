@@ -24,6 +24,13 @@ class Configuration:
     name: str
     changes: dict[str, Any]
 
+    @property
+    def structure(self) -> str:
+        """Configurations of one structure differ in numbers only: they can share a batch."""
+        prediction = dict(self.changes.get(_PREDICTION, {}), t_pred=None)
+        navigation = self.changes.get(f"{_NAVIGATION}.kind")
+        return f"{self.changes['task.settings.controller']}, {prediction}, {navigation}"
+
 
 @dataclass(frozen=True)
 class Row:

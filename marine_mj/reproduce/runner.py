@@ -1,14 +1,15 @@
 """The campaigns of a reproduction: sea states upwards, until one is not finished in time."""
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import FIRST_EXCEPTION, Executor, Future, wait
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from marine_mj.analysis.docking import Entries
-from marine_mj.campaign import Campaign, Plan, run_campaign
+from marine_mj.campaign import Campaign, Plan, run_together
 from marine_mj.campaign.folder import CampaignFolder
 from marine_mj.campaign.pools import open_pool
 from marine_mj.environment.sea_states import SEA_STATES
@@ -19,15 +20,17 @@ from marine_mj.reproduce.docking import CONFIGURATIONS, SCENARIO, TABLES, Config
 _SEED = 712
 #: Runs of a sea state that are stepped together.
 _CHUNK = 60
-#: Sea states whose runs share a batch, by longest run (s). A control period costs 0.8 ms,
-#: however few runs are left in it, so sea states together are cheaper; but those above one with an
-#: unfinished run are for nothing, and dear where runs may last 300 s.
+#: Sea states of a campaign, by longest run (s). More of them make larger batches, of which a
+#: control period costs 0.8 ms however few runs are left; but those above one with an unfinished run
+#: are for nothing, and dear where runs may last 300 s.
 _BLOCKS = {
     120.0: ((0,), (1, 2, 3), (4, 5, 6), (7, 8, 9), (10, 11, 12)),
     300.0: ((0,), (1, 2, 3), (4, 5), *((state,) for state in range(6, 13))),
 }
-#: How often the folders are counted for the progress, s.
+#: How often the progress is told, s.
 _LOOK = 0.5
+#: Sea states of configurations by campaign, upwards.
+Blocks = dict[str, list[tuple[int, ...]]]
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,10 @@ class Cells:
     entries: dict[int, Entries]
     errors: dict[int, int]
     duration: float
+
+    def __add__(self, higher: "Cells") -> "Cells":
+        """With the results of higher sea states."""
+        return Cells(self.entries | higher.entries, self.errors | higher.errors, self.duration)
 
 
 class Here(Executor):
@@ -64,6 +71,7 @@ def run_configurations(
     runs: int = 60,
     *,
     highest: int | None = None,
+    changes: Mapping[str, Any] | None = None,
     workers: int | None = None,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -73,14 +81,15 @@ def run_configurations(
     A configuration's sea states run upwards, one to three of them as a campaign in
     `folder`/campaigns; what is finished there is not done again, and more `runs` only add to it.
     They end with the first one in which a run did not enter the dock in time, the termination rule
-    of the study (digest 7.0). Workers take one configuration after the other, so the results do
-    not depend on their number.
+    of the study (digest 7.0). Configurations that differ in numbers only share their batches; the
+    results depend neither on that nor on the workers.
 
     Args:
         rows: of the tables.
         folder: of the reproduction.
         runs: per configuration and sea state.
         highest: last sea state; None: that of the tables.
+        changes: of the scenario by dotted key, for all runs: what if the study did otherwise?
         workers, executor: see `open_pool`.
         progress: called with the number of campaigns that are settled and of all campaigns.
 
@@ -92,39 +101,46 @@ def run_configurations(
         raise AnalysisError(
             f"runs = {runs} per sea state: allowed are 2 or more (the study has 60)"
         )
-    states = _blocks(rows, highest)
-    # Long ones first, so that none is left over at the end.
-    names = sorted(states, key=lambda name: -CONFIGURATIONS[name].changes["duration"])
-    total = sum(len(s) for s in states.values())
+    blocks = _blocks(rows, highest)
+    total = sum(map(len, blocks.values()))
     base = Path(folder) / "campaigns"
     found: dict[str, Cells] = {}
+    running: dict[Future, list[str]] = {}
     with open_pool(workers, executor=executor) as pool:
-        futures = {
-            pool.submit(_configuration, CONFIGURATIONS[name], states[name], base, runs): name
-            for name in names
-        }
-        waiting = set(futures)
-        while waiting:
-            done, waiting = wait(waiting, timeout=_LOOK, return_when=FIRST_EXCEPTION)
-            for future in done:
+        while waiting := set(blocks) - {n for n, c in found.items() if _over(c, blocks[n])}:
+            idle = waiting - {name for names in running.values() for name in names}
+            while idle and len(running) < pool.slots:
+                names = _next(idle, blocks, found, pool.slots)
+                tasks = [(name, blocks[name][_done(found, blocks, name)]) for name in names]
+                running[pool.submit(_together, tasks, base, runs, changes or {})] = names
+                idle -= set(names)
+            for future in wait(running, timeout=_LOOK, return_when=FIRST_COMPLETED).done:
+                names = running.pop(future)
                 try:
-                    found[futures[future]] = future.result()
+                    for name, cells in future.result().items():
+                        found[name] = found[name] + cells if name in found else cells
                 except pool.died:
                     raise CampaignError(
-                        f"a worker was killed in {str(base / futures[future])!r} or beside it (out "
-                        "of memory?): give the same command again, it goes on with what is missing"
+                        f"a worker was killed while it ran {', '.join(names)} in {str(base)!r} or "
+                        "beside it (out of memory?): give the same command again, it goes on with "
+                        "what is missing"
                     ) from None
             if progress is not None:
-                progress(_settled(base, runs, states, found), total)
-    return {name: found[name] for name in states}
+                progress(sum(_settled(found, blocks, name) for name in blocks), total)
+    return {name: found[name] for name in blocks}
 
 
-def block_plan(configuration: Configuration, states: Sequence[int], runs: int) -> Plan:
+def block_plan(
+    configuration: Configuration,
+    states: Sequence[int],
+    runs: int,
+    changes: Mapping[str, Any] | None = None,
+) -> Plan:
     """The campaign of a configuration in some sea states: common seeds, entries as metrics."""
     settings: dict[str, Any] = {
         "name": f"{configuration.name}.sea_states_{'-'.join(map(str, states))}",
         "scenario": SCENARIO,
-        "set": configuration.changes,
+        "set": {**configuration.changes, **(changes or {})},
         "runs": runs,
         "seed": _SEED,
         "common_seeds": True,
@@ -141,14 +157,14 @@ def block_plan(configuration: Configuration, states: Sequence[int], runs: int) -
     return Plan(Campaign.parse(settings, f"campaign {settings['name']}"))
 
 
-def _blocks(rows: Iterable[Row], highest: int | None) -> dict[str, list[tuple[int, ...]]]:
+def _blocks(rows: Iterable[Row], highest: int | None) -> Blocks:
     """Sea states of each configuration, upwards, as they run together.
 
     They cover all tables with the configuration, chosen or not, so that a later choice of tables
     finds the same campaigns.
     """
     top = max(SEA_STATES[-1].ss_bft if highest is None else highest, -1)
-    found: dict[str, list[tuple[int, ...]]] = {}
+    found: Blocks = {}
     for row in rows:
         if top < row.first:
             raise AnalysisError(
@@ -163,49 +179,71 @@ def _blocks(rows: Iterable[Row], highest: int | None) -> dict[str, list[tuple[in
     return found
 
 
-def _configuration(
-    configuration: Configuration, blocks: Sequence[tuple[int, ...]], base: Path, runs: int
-) -> Cells:
-    """Results of a configuration; the work of a worker."""
+def _done(found: Mapping[str, Cells], blocks: Blocks, name: str) -> int:
+    """Number of blocks of a configuration that are finished."""
+    cells = found.get(name)
+    return 0 if cells is None else sum(block[0] in cells.entries for block in blocks[name])
+
+
+def _settled(found: Mapping[str, Cells], blocks: Blocks, name: str) -> int:
+    """Number of its blocks that are finished or not needed."""
+    over = name in found and _over(found[name], blocks[name])
+    return len(blocks[name]) if over else _done(found, blocks, name)
+
+
+def _over(cells: Cells, blocks: Sequence[tuple[int, ...]]) -> bool:
+    """Whether a configuration is at its end."""
+    return blocks[-1][-1] in cells.entries or not all(e.complete for e in cells.entries.values())
+
+
+def _next(idle: Collection[str], blocks: Blocks, found: Mapping[str, Cells], slots: int) -> list:
+    """Configurations to run together next: those with the most work left, but no worker's share.
+
+    Work is the time that the remaining runs may take.
+    """
+    left = {
+        name: CONFIGURATIONS[name].changes["duration"]
+        * sum(map(len, blocks[name][_done(found, blocks, name) :]))
+        for name in sorted(idle)
+    }
+    groups: dict[str, list[str]] = {}
+    for name in left:
+        groups.setdefault(CONFIGURATIONS[name].structure, []).append(name)
+    names = max(groups.values(), key=lambda group: sum(left[name] for name in group))
+    return names[: math.ceil(len(idle) / slots)]
+
+
+def _together(
+    tasks: Sequence[tuple[str, tuple[int, ...]]],
+    base: Path,
+    runs: int,
+    changes: Mapping[str, Any],
+) -> dict[str, Cells]:
+    """Results of configurations in some sea states each; the work of a worker."""
+    plans = {
+        _folder(base, name, states): block_plan(CONFIGURATIONS[name], states, runs, changes)
+        for name, states in tasks
+    }
+    run_together(plans, extend=True)
+    return {name: _read(base, name, states) for name, states in tasks}
+
+
+def _read(base: Path, name: str, states: Sequence[int]) -> Cells:
+    """Results of a campaign, up to the first sea state with a run that did not enter in time."""
     entries: dict[int, Entries] = {}
     errors: dict[int, int] = {}
-    duration = float(configuration.changes["duration"])
-    for states in blocks:
-        place = _folder(base, configuration.name, states)
-        there = CampaignFolder(place)
-        plan = block_plan(configuration, states, runs)
-        run_campaign(plan, place, resume=there.exists, extend=True, executor=Here())
-        columns = ["sea_state", "summary", "error"]
-        rows = [row for f in there.chunk_files() for row in there.read(f.stem, columns).to_pylist()]
-        for state in states:
-            mine = [row for row in rows if row["sea_state"] == state]
-            entries[state] = Entries.of([json.loads(row["summary"]) for row in mine])
-            if failed := sum(row["error"] is not None for row in mine):
-                errors[state] = failed
-            if not entries[state].complete:
-                return Cells(entries, errors, duration)
-    return Cells(entries, errors, duration)
+    there = CampaignFolder(_folder(base, name, states))
+    columns = ["sea_state", "summary", "error"]
+    rows = [row for f in there.chunk_files() for row in there.read(f.stem, columns).to_pylist()]
+    for state in states:
+        mine = [row for row in rows if row["sea_state"] == state]
+        entries[state] = Entries.of([json.loads(row["summary"]) for row in mine])
+        if failed := sum(row["error"] is not None for row in mine):
+            errors[state] = failed
+        if not entries[state].complete:
+            break
+    return Cells(entries, errors, float(CONFIGURATIONS[name].changes["duration"]))
 
 
 def _folder(base: Path, name: str, states: Sequence[int]) -> Path:
     return base / name / f"sea_states_{'-'.join(f'{s:02d}' for s in states)}"
-
-
-def _settled(
-    base: Path,
-    runs: int,
-    blocks: Mapping[str, list[tuple[int, ...]]],
-    found: Mapping[str, Cells],
-) -> int:
-    """Campaigns that are done or will not be needed."""
-    count = 0
-    for name, parts in blocks.items():
-        for states in parts:
-            file = _folder(base, name, states) / "state.json"
-            count += name in found or (file.is_file() and _runs(file) >= runs * len(states))
-    return count
-
-
-def _runs(file: Path) -> int:
-    """Runs of a campaign that came to its end."""
-    return int(json.loads(file.read_text(encoding="utf-8"))["runs"])

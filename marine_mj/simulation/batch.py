@@ -29,6 +29,8 @@ BatchProgress = Callable[[int, int], None]
 BLOCK = 500
 #: What may differ between runs that share a compiled model: all of it is in the packed table.
 _WEATHER = ("name", "description", "seed", "sea", "current", "wind")
+#: What a scene does not know.
+_RUN = (*_WEATHER, "duration", "task")
 
 
 @dataclass(frozen=True)
@@ -60,8 +62,9 @@ def run_batch(
     """Results of many variations of one scenario.
 
     The same bits as `simulation.run` gives for each variation, whatever the number of threads and
-    however runs are put together. Runs that differ in weather, seed and numbers of the controller
-    are stepped together; others in groups of their own. Finished runs cost nothing any more.
+    however runs are put together. Runs that differ in weather, seed, duration and numbers of the
+    task (gains, thresholds, noise) are stepped together; others in groups of their own. Finished
+    runs cost nothing any more.
 
     Args:
         scenario: base scenario, or its name or path.
@@ -79,7 +82,32 @@ def run_batch(
             n are given, or a signal does not exist.
     """
     base = scenario if isinstance(scenario, Scenario) else Scenario.load(scenario)
-    scenarios = _variations(base, variations, n)
+    return run_scenarios(
+        _variations(base, variations, n),
+        threads=threads,
+        record=record,
+        decimation=decimation,
+        progress=progress,
+    )
+
+
+def run_scenarios(
+    scenarios: Sequence[Scenario],
+    *,
+    threads: int = 1,
+    record: Sequence[str] = (),
+    decimation: int = 1,
+    progress: BatchProgress | None = None,
+) -> BatchResult:
+    """Results of any scenarios, in their order; `run_batch` says more.
+
+    Args:
+        scenarios: one per run.
+        threads, record, decimation, progress: as in `run_batch`.
+
+    Raises:
+        ScenarioError: a signal does not exist, or `threads` or `decimation` is below 1.
+    """
     if threads < 1 or decimation < 1:
         raise ScenarioError(
             f"threads = {threads} and decimation = {decimation}: allowed are whole numbers >= 1"
@@ -128,24 +156,28 @@ def _variations(
 
 
 def _groups(scenarios: Sequence[Scenario]) -> list[list[int]]:
-    """Indices of the runs that can be stepped together: alike but for their numbers."""
+    """Indices of the runs of one task whose scenes are alike but for their numbers."""
     groups: dict[str, list[int]] = {}
     for i, scenario in enumerate(scenarios):
-        values = {k: v for k, v in scenario.model_dump().items() if k not in _WEATHER}
-        groups.setdefault(json.dumps(_shape(values), sort_keys=True), []).append(i)
+        task = (scenario.task.domain, scenario.task.name)
+        shape = json.dumps([*task, _shape(_values(scenario, _RUN))], sort_keys=True)
+        groups.setdefault(shape, []).append(i)
     return list(groups.values())
 
 
-def _key(scenario: Scenario) -> str:
-    """What a compiled scene depends on, but for the weather in its table."""
-    values = {k: v for k, v in scenario.model_dump().items() if k not in _WEATHER}
-    return json.dumps(values, sort_keys=True)
+def _key(scenario: Scenario, without: Sequence[str]) -> str:
+    """A scenario without some of its keys, as text."""
+    return json.dumps(_values(scenario, without), sort_keys=True)
+
+
+def _values(scenario: Scenario, without: Sequence[str]) -> dict[str, Any]:
+    return {k: v for k, v in scenario.model_dump().items() if k not in without}
 
 
 def _shape(value: Any) -> Any:
     """A value with its floats left out; times that a whole batch shares are kept."""
     if isinstance(value, dict):
-        shared = ("timestep", "control_period", "log_period", "duration", "water_density")
+        shared = ("timestep", "control_period", "log_period", "water_density")
         return {k: v if k in shared else _shape(v) for k, v in value.items()}
     if isinstance(value, tuple | list):
         return [_shape(item) for item in value]
@@ -192,7 +224,6 @@ class _Prototype:
     model: mujoco.MjModel
     bodies: list[hydrodynamics.BodyCoefficients]
     settings: dict[str, dict[str, Any]]
-    mission: Mission
 
 
 @dataclass
@@ -208,7 +239,7 @@ class _Block:
 
     def _prepare(self, scenario: Scenario) -> Prepared:
         """Compiled scene and mission of one run."""
-        prototype = self.prototypes.get(key := _key(scenario))
+        prototype = self.prototypes.get(key := _key(scenario, _RUN))
         environment = environment_of(scenario)
         if prototype is None:
             model = compile_scene(scenario, environment, visual=False).model
@@ -217,10 +248,9 @@ class _Block:
                 model,
                 hydrodynamics.read_coefficients(spec),
                 body_settings(scenario, spec),
-                self._mission(scenario, model),
             )
             self.prototypes[key] = prototype
-            return copy.copy(model), prototype.mission
+            return copy.copy(model), self._mission(scenario, model)
         model = copy.copy(prototype.model)
         try:
             hydrodynamics.write_environment(
@@ -228,11 +258,11 @@ class _Block:
             )
         except ModelError:  # another number of wave components or gust knots
             model = compile_scene(scenario, environment, visual=False).model
-        return model, prototype.mission
+        return model, self._mission(scenario, prototype.model)
 
     def _mission(self, scenario: Scenario, model: mujoco.MjModel) -> Mission:
         """Mission of a run; scales of the vehicles' coefficients do not change it."""
-        key = _key(scenario.nominal)
+        key = _key(scenario.nominal, _WEATHER)
         if key not in self.missions:
             self.missions[key] = DOMAINS[scenario.task.domain].mission(scenario, model)
         return self.missions[key]
@@ -267,15 +297,27 @@ class _Block:
 
 
 def _alike(prepared: dict[int, Prepared]) -> list[dict[int, Prepared]]:
-    """The runs together if one mission can steer them all, else those with the same mission."""
-    if not prepared:
-        return []
-    missions = {id(mission): mission for _, mission in prepared.values()}
+    """The runs in groups that one mission can steer."""
+    groups: list[tuple[Mission, dict[int, Prepared]]] = []
+    places: dict[int, dict[int, Prepared]] = {}
+    for i, (_, mission) in prepared.items():
+        if id(mission) not in places:
+            group = next((runs for first, runs in groups if _stackable(first, mission)), None)
+            if group is None:
+                group = {}
+                groups.append((mission, group))
+            places[id(mission)] = group
+        places[id(mission)][i] = prepared[i]
+    return [runs for _, runs in groups]
+
+
+def _stackable(a: Mission, b: Mission) -> bool:
+    """Whether one mission can steer the runs of both."""
     try:
-        trees.stack(list(missions.values()))
+        trees.stack([a, b])
     except trees.StructureError:
-        return [{i: p for i, p in prepared.items() if id(p[1]) == key} for key in missions]
-    return [prepared]
+        return False
+    return True
 
 
 def _dataset(recorded: Sequence[Signals]) -> xr.Dataset:

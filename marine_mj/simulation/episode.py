@@ -78,7 +78,8 @@ class Episode:
         self._batch = batch.Batch(first, len(self._models), threads)
         self._batch.set_models(self._models)
         self._substeps = round(scenario.control_period / scenario.timestep)
-        self._limit = scenario.duration / (scenario.timestep * self._substeps)
+        self._limit = np.array([s.duration for s in self._scenarios])
+        self._limit /= scenario.timestep * self._substeps
         self._stride = decimation * round(scenario.log_period / scenario.control_period)
         self._period = self._substeps * scenario.timestep
         sensor = int(first.sensor(t_.CONTACT_SENSOR).adr[0])
@@ -143,9 +144,7 @@ class Episode:
                 self._close(view, closing)
             if steps % self._stride == 0:
                 self._sample(view)
-            over = on.mission.finished(on.state, time, on.latched)
-            if steps >= self._limit:
-                over = np.full(on.ids.shape, True)
+            over = on.mission.finished(on.state, time, on.latched) | (steps >= self._limit[on.ids])
             if over.any():
                 self._leave(over)
                 view = self._view()

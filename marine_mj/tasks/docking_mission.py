@@ -91,7 +91,7 @@ class DockingMission(Mission):
     """Guidance, control and judgement of docking.
 
     Attributes:
-        settings: settings of the task; of a stacked mission only names and flags count.
+        settings: settings of the task; a stacked mission does not look at them.
         closed_loop: guidance and controller steer; otherwise the action is the raw command.
         geometry: who docks where.
         pilot: guidance and controller.
@@ -103,14 +103,14 @@ class DockingMission(Mission):
         period: time between two commands, s.
         goal_offset: largest shift of the goal by the action, m.
         hold: time a mission goes on after the latch has closed, s.
-        sea: what the summary says of the sea: H_s, T_p, number.
+        end_at_capture: a mission ends when the aperture is entered.
     """
 
     settings: DockingSettings = field(metadata={"stack": "first"})
     closed_loop: bool
     geometry: DockingGeometry
     pilot: DockingPilot
-    navigation: DockingNavigation = field(metadata={"stack": "same"})
+    navigation: DockingNavigation
     allocator: Allocator = field(metadata={"stack": "same"})
     actuators: Array
     nu: int
@@ -118,6 +118,7 @@ class DockingMission(Mission):
     period: float
     goal_offset: float
     hold: float
+    end_at_capture: bool
 
     signal_specs = {  # noqa: RUF012
         "dock_error": Signal(("dof",), "m, rad", "vehicle FLU", "seat pose minus vehicle pose"),
@@ -164,6 +165,7 @@ class DockingMission(Mission):
             period=period,
             goal_offset=settings.goal_offset,
             hold=settings.hold,
+            end_at_capture=settings.end_at_capture,
         )
 
     def place(
@@ -332,7 +334,7 @@ class DockingMission(Mission):
     def finished(self, state: DockingState, time: Array | float, latched: Flags) -> Flags:
         """Where (...,) the vehicle has been latched for `hold` seconds (or has entered)."""
         held = np.asarray(latched, dtype=bool) & (time - state.latch_time >= self.hold - 1e-9)
-        return held | (self.settings.end_at_capture & ~np.isnan(state.capture[..., 0]))
+        return held | (self.end_at_capture & ~np.isnan(state.capture[..., 0]))
 
     def signals(self, state: DockingState, view: DockingView, latched: Flags) -> dict[str, Array]:
         """Signals (..., ...) for the log, by name; `signal_specs` describes them."""

@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from marine_mj.campaign import Campaign, Plan, evaluate, load_plan, run_campaign
+from marine_mj.campaign import Campaign, Plan, evaluate, load_plan, run_campaign, run_together
 from marine_mj.campaign.dispatch import dispatch
 from marine_mj.campaign.folder import CampaignFolder
 from marine_mj.campaign.pools import open_pool
@@ -483,3 +483,9 @@ def test_plan_in_a_folder_is_the_plan_it_was_started_with(tmp_path):
     made = load_plan(tmp_path)
     assert made.base == plan(DRAWN).base and made.run(3) == plan(DRAWN).run(3)
     assert Plan(Campaign.load(tmp_path / "campaign.toml")).run(3) == made.run(3)
+
+
+def test_campaigns_with_a_stopping_rule_or_signals_do_not_go_together(tmp_path):
+    with pytest.raises(CampaignError, match=r"rare, stopping or record\.signals.*run_campaign"):
+        run_together({tmp_path / "a": plan(CALM)})
+    assert not (tmp_path / "a").exists()

@@ -11,6 +11,7 @@ import pytest
 
 from marine_mj import cli
 from marine_mj.analysis.docking import Entries
+from marine_mj.campaign import worker
 from marine_mj.errors import AnalysisError, CampaignError
 from marine_mj.reproduce import (
     CONFIGURATIONS,
@@ -23,6 +24,7 @@ from marine_mj.reproduce import (
     write_report,
 )
 from marine_mj.reproduce.runner import Here, block_plan
+from marine_mj.simulation.batch import run_scenarios
 
 KEYS = {"quantity", "published", "ours", "interval", "unit", "verdict", "note"}
 
@@ -197,6 +199,43 @@ def test_tiny_reproduction_report_and_resume(tmp_path, capsys):
     assert stop.value.code == 1 and "leave out --runs 2" in capsys.readouterr().err
 
 
+def test_configurations_in_common_batches_are_those_alone(tmp_path):
+    """Gain sets, waiting, durations: the same bits with company and without, drop-outs included."""
+    rows = [line(2573), line(2574), line(2633)]
+    short = {"duration": 9.0, "vehicles.auv.position_ned": [9.0, 0.0, 3.5]}
+    calls = []
+
+    def batch(scenarios, **options):
+        calls.append(len(scenarios))
+        return run_scenarios(scenarios, **options)
+
+    def results(place, chosen):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(worker, "run_scenarios", batch)
+            return run_configurations(chosen, place, 2, highest=2, changes=short, executor=Here())
+
+    together = results(tmp_path / "together", rows)
+    # Calm water (brute_force only; table 8.9 begins there), then twice two sea states and two runs
+    # of all that are left.
+    company, calls[:] = list(calls), []
+    alone = [results(tmp_path / "alone", [row]) for row in rows]
+    assert len(company) < len(calls) and sum(company) == sum(calls)
+    for row, cells in zip(rows, alone, strict=True):
+        mine, other = cells[row.configuration].entries, together[row.configuration].entries
+        assert list(mine) == list(other)
+        for state in mine:
+            for metric in ("surge", "pitch", "energy"):
+                np.testing.assert_array_equal(
+                    getattr(mine[state], metric), getattr(other[state], metric)
+                )
+    # A folder of one arrangement serves in the other, and nothing is run again.
+    calls.clear()
+    results(tmp_path / "together", rows[:1])
+    assert not calls
+    with pytest.raises(CampaignError, match=r"scenario\.duration: 9\.0 -> "):
+        run_configurations(rows[:1], tmp_path / "alone", 2, highest=2, executor=Here())
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -212,6 +251,12 @@ def test_refusals(capsys, tmp_path, arguments, message):
     assert stop.value.code == 1 and message in capsys.readouterr().err.replace("\n", " ")
 
 
+def test_changes_need_a_folder_of_their_own(capsys):
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["reproduce", "docking", "--set", "sea.components=20"])
+    assert stop.value.code == 1 and "give it an --out of its own" in capsys.readouterr().err
+
+
 def test_an_empty_choice_is_refused():
     with pytest.raises(AnalysisError, match=r"there are 7\.12, 7\.13"):
         rows_of([])
@@ -220,6 +265,7 @@ def test_an_empty_choice_is_refused():
 def test_a_killed_worker_is_named(tmp_path, monkeypatch):
     class Dead:
         died = (BrokenProcessPool,)
+        slots = 1
 
         def submit(self, *_):
             future = Future()
@@ -227,7 +273,9 @@ def test_a_killed_worker_is_named(tmp_path, monkeypatch):
             return future
 
     monkeypatch.setattr(runner, "open_pool", lambda *_, **__: nullcontext(Dead()))
-    with pytest.raises(CampaignError, match=r"worker was killed in .*manual.*same command again"):
+    with pytest.raises(
+        CampaignError, match=r"worker was killed while it ran manual in .*same command again"
+    ):
         run_configurations([line(2573)], tmp_path)
 
 

@@ -6,6 +6,7 @@ import pytest
 from marine_mj.errors import ScenarioError
 from marine_mj.scenario import Scenario
 from marine_mj.simulation import run, run_batch
+from marine_mj.simulation.episode import Episode
 
 SHORT = Scenario.load("docking_demo").with_values({"duration": 1.0})
 TIMES = ("wall_time", "real_time_factor", "versions")
@@ -113,6 +114,55 @@ def test_runs_that_cannot_share_a_batch_keep_their_order():
     assert seen[-1] == (5, 5)
     for row, changes in zip(result.rows, variations, strict=True):
         assert without_time(row) == row_of(run(base.with_values(changes)))
+
+
+def test_runs_that_differ_in_numbers_of_the_task_share_a_batch(monkeypatch):
+    """Gain sets, waiting, prediction time, noise, fix period, duration: one episode, same bits."""
+    base = Scenario.load("docking_thesis")
+    thesis = {"task.settings.navigation.kind": "thesis"}
+    ahead = {"kind": "kinematic", "t_pred": 0.4}
+    groups = [
+        [
+            {"task.settings.gains": "manual", "duration": 0.3},
+            {"task.settings.gains": "brute_force", "duration": 0.5},
+            {"task.settings.plan.wait_speed": 0.7, "duration": 0.4, "seed": 3},
+        ],
+        [
+            {**thesis, "task.settings.navigation.scenario": name, "duration": 0.5, "seed": seed}
+            for seed, name in enumerate(("base", "period_0.04", "period_0.1", "fix_worst"))
+        ],
+        [
+            {"task.settings.prediction": ahead, "duration": 0.3},
+            {"task.settings.prediction": {**ahead, "t_pred": 1.0}, "duration": 0.3},
+        ],
+    ]
+    names = ("qpos", "ctrl")
+    single = [[run_batch(base, [v], record=names) for v in variations] for variations in groups]
+    episodes = []
+    start = Episode.__init__
+
+    def counted(self, scenarios, *arguments):
+        episodes.append(len(scenarios))
+        start(self, scenarios, *arguments)
+
+    monkeypatch.setattr(Episode, "__init__", counted)
+    together = run_batch(base, [v for variations in groups for v in variations], record=names)
+    assert sorted(episodes) == [2, 3, 4]
+    alone = [result for results in single for result in results]
+    for i, result in enumerate(alone):
+        assert without_time(together.rows[i]) == without_time(result.rows[0])
+        for name in names:
+            part = result.signals[name].values[0]
+            np.testing.assert_array_equal(together.signals[name].values[i][: len(part)], part)
+    assert [r["simulated_time"] for r in together.rows[:3]] == [0.3, 0.5, 0.4]
+
+
+def test_without_contact_nothing_collides():
+    forward = {"vehicles.auv.position_ned": [9.0, 0.0, 0.5], "duration": 2.0, "sea.sea_state": 0}
+    base = Scenario.load("docking_thesis").with_values(forward)
+    rows = run_batch(base, [{"contact": False}, {"contact": True}]).rows
+    # The vehicle starts inside the cradle: measured 0 and 3e4 N.
+    assert rows[0]["peak_contact_force"] == 0.0 and rows[1]["peak_contact_force"] > 100.0
 
 
 def test_a_run_that_diverges_is_a_row_and_the_others_go_on():

@@ -1,6 +1,7 @@
 """Stacking and selecting nested dataclasses."""
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -49,6 +50,21 @@ def test_structure_that_differs_is_refused():
     ):
         with pytest.raises(trees.StructureError, match=message):
             trees.stack([a, other])
+
+
+@dataclass(frozen=True)
+class Whole:
+    stack_rule: ClassVar[str] = "same"
+    noise: float
+    sensor: Gains | None = None
+
+
+def test_a_class_may_ask_to_be_the_same_in_all():
+    sensor = Gains(1.0, np.zeros(2))
+    assert trees.stack([Whole(1.0, sensor), Whole(1.0, sensor)]) == Whole(1.0, sensor)
+    for other in (Whole(2.0, sensor), Whole(1.0)):
+        with pytest.raises(trees.StructureError, match="Whole differs between the simulations"):
+            trees.stack([Whole(1.0, sensor), other])
 
 
 def test_a_field_may_be_left_out_of_the_comparison():
