@@ -58,7 +58,7 @@ class Docking(MarineTask):
         return self._mission
 
     def initialize_episode(self, physics: DockingPhysics) -> None:
-        """Place the vehicles, open the latch and forget the last episode."""
+        """Place the vehicles, the latch open or closed, and forget the last episode."""
         if self._mission is None:
             self._mission = _mission(self.scenario, self.settings, physics)
         self.mission.place(self.scenario, physics.model.ptr, physics.data.ptr, self.random)
@@ -79,16 +79,22 @@ class Docking(MarineTask):
         physics.set_control(command)
 
     def after_step(self, physics: DockingPhysics) -> None:
-        """Watch contact, capture and latch, which closes here when its limits were kept."""
-        self._state, closing = self.mission.observe(
-            self._state,
-            physics.view,
-            physics.data.time,
-            np.asarray(physics.latched()),
-            physics.contacts(),
+        """Watch contact, capture and latch, which closes and opens here."""
+        latched = physics.latched()
+        self._state, closed = self.mission.observe(
+            self._state, physics.view, physics.data.time, np.asarray(latched), physics.contacts()
         )
-        if closing:
+        if closed and not latched:
             physics.close_latch()
+        elif latched and not closed:
+            physics.open_latch()
+
+    def undock(self, physics: DockingPhysics) -> None:
+        """Ask for the latch to open at the end of the next step; the pilot then leaves the dock.
+
+        Without effect on a vehicle that is not latched.
+        """
+        self._state = self.mission.undock(self._state, physics.data.time)
 
     def get_observation(self, physics: DockingPhysics) -> dict[str, Array]:
         """Pose and velocity relative to the seat, own motion, motion of the carrier."""
@@ -123,7 +129,7 @@ class Docking(MarineTask):
         return float(near * (1.0 + level + slow) / 3.0)
 
     def get_termination(self, physics: DockingPhysics) -> float | None:
-        """0 when the vehicle has been latched for `hold` seconds (or has entered)."""
+        """0 when the mission is over; see `DockingMission.finished`."""
         latched = np.asarray(physics.latched())
         return 0.0 if self.mission.finished(self._state, physics.data.time, latched) else None
 

@@ -97,6 +97,8 @@ class PlanSettings(Settings):
     lift: NotNegative = 0.0
     contact_scale: tuple[float, float, float, float, float, float] = (1.0,) * 6
     seat_speed: Positive = 0.15
+    leave_speed: Positive = 0.3
+    leave_depth: Positive = 2.0
 
     def plan(self) -> DockingPlan:
         """The plan of the controllers."""
@@ -151,7 +153,11 @@ class DockingSettings(Settings):
         navigation: what guidance and controller know of the vehicles.
         goal_offset: largest shift of the goal by the action of the closed-loop task, m;
             0 makes the action empty.
-        hold: time the episode goes on after the latch has closed, s.
+        hold: time the episode goes on after the latch has closed, or with undocking after the
+            vehicle has come back to waypoint 1 (open loop: is clear of the dock), s.
+        undock_after: open the latch this long after it has closed, s, and leave the dock; left out:
+            only when asked to (`Docking.undock`).
+        start_docked: start latched in the dock; position and heading of the vehicle do not count.
         end_at_capture: end the episode when the aperture is entered (no contact phase).
         start_spread: standard deviation of the start position in episodes, m.
         start_heading_spread_deg: standard deviation of the start heading, deg.
@@ -172,6 +178,8 @@ class DockingSettings(Settings):
     navigation: NavigationSettings = NavigationSettings()
     goal_offset: NotNegative = 0.0
     hold: NotNegative = 0.0
+    undock_after: NotNegative | None = None
+    start_docked: bool = False
     end_at_capture: bool = False
     start_spread: NotNegative = 0.0
     start_heading_spread_deg: NotNegative = 0.0
@@ -192,6 +200,11 @@ class DockingSettings(Settings):
             )
         if self.prediction is not None and self.controller == "mpc":
             raise ValueError("controller 'mpc' predicts by itself: leave out prediction")
+        if self.undock_after is not None and (self.end_at_capture or self.station is not None):
+            other = "end_at_capture" if self.end_at_capture else "station"
+            raise ValueError(
+                f"undock_after = {self.undock_after} needs a latch that closes: leave out {other}"
+            )
         return self
 
     @property
