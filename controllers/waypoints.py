@@ -131,7 +131,7 @@ class DockingPlan:
         """Height (...,) beyond the aperture plane, and offsets (..., 2) in it, of (..., 3)."""
         return inside[..., self.axis], inside[..., _ACROSS[self.axis]]
 
-    def quiet(self, turning: Array, waited: Array) -> Array:
+    def quiet(self, turning: Array | float, waited: Array | float) -> NDArray[np.bool_]:
         """Whether (...,) the dock turns slowly enough, after waiting for so long.
 
         Args:
@@ -141,9 +141,9 @@ class DockingPlan:
         allowed = self.quiet_rate * (1.0 + np.floor(np.asarray(waited) / self.patience))
         return np.asarray(np.asarray(turning) < allowed**2)
 
-    def clear(self, height: Array) -> Array:
+    def clear(self, height: Array) -> NDArray[np.bool_]:
         """Whether (...,) a vehicle at that height (m) has left the dock: `leave_depth` below."""
-        return height < np.asarray(self.acceptance) - self.leave_depth
+        return np.asarray(height < np.asarray(self.acceptance) - self.leave_depth)
 
 
 @dataclass(frozen=True)
@@ -350,7 +350,7 @@ class DockingGuidance:
     def _command(
         self,
         state: GuidanceState,
-        quiet: Array,
+        quiet: NDArray[np.bool_],
         entered: Array,
         targets: list[RigidState],
         towards: Array,

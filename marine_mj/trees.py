@@ -30,7 +30,7 @@ def where(rows: np.ndarray, chosen: T, otherwise: T) -> T:
     """
     if isinstance(otherwise, np.ndarray):
         mask = np.reshape(rows, (*np.shape(rows), *[1] * (otherwise.ndim - np.ndim(rows))))
-        return np.where(mask, chosen, otherwise)  # type: ignore[return-value]
+        return np.where(mask, chosen, otherwise)  # type: ignore[call-overload, no-any-return]
     if dataclasses.is_dataclass(otherwise) and not isinstance(otherwise, type):
         pairs = zip(_values(chosen), _values(otherwise), strict=True)
         return _rebuilt(otherwise, [where(rows, one, other) for one, other in pairs])

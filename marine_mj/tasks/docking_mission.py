@@ -216,8 +216,8 @@ class DockingMission(Mission):
             BodyReader.of(model, body).write(data.qpos, data.qvel, state)
         hydrodynamics.start_in_waves(model, data)
         if self.docked:
-            vehicle, weld = self.geometry.vehicle_reader, self.geometry.weld
-            vehicle.write(data.qpos, data.qvel, self.view(data.qpos, data.qvel).dock[1])
+            reader, weld = self.geometry.vehicle_reader, self.geometry.weld
+            reader.write(data.qpos, data.qvel, self.view(data.qpos, data.qvel).dock[1])
             model.eq_data[weld, :10] = self.view(data.qpos, data.qvel).weld
             data.eq_active[weld] = 1
 
@@ -342,10 +342,10 @@ class DockingMission(Mission):
         )
         return following, (latched & ~opening) | closing
 
-    def _quiet(self, state: DockingState, time: Array) -> Array | bool:
+    def _quiet(self, state: DockingState, time: Array) -> Flags:
         """Where (...,) the dock is quiet enough to leave it; an open policy decides by itself."""
         if not self.closed_loop:
-            return True
+            return np.ones(time.shape, dtype=bool)
         waited = np.where(time > state.undock_at, time - state.undock_at, 0.0)
         return self.pilot.guidance.plan.quiet(state.pilot.guidance.turning, waited)
 
