@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
+from marine_mj.controllers.cruise import CruiseGuidance
 from marine_mj.controllers.kinematics import (
     AccelerationState,
     Accelerometer,
@@ -100,7 +101,9 @@ class DockingPilot:
     controller: Controller
     frames: DockFrames
     period: float
-    guidance: DockingGuidance | StationGuidance = field(default_factory=DockingGuidance)
+    guidance: DockingGuidance | StationGuidance | CruiseGuidance = field(
+        default_factory=DockingGuidance
+    )
     prediction: Prediction | None = None
     preview: Predictor | None = None
     meter: Accelerometer | None = None

@@ -13,8 +13,10 @@ from marine_mj.controllers import (
     ArPredictor,
     Cpv,
     Cpva,
+    CruiseGuidance,
     DockingGuidance,
     DockingPilot,
+    DockingPlan,
     KinematicPredictor,
     Limits,
     Lqr,
@@ -55,14 +57,25 @@ def docking_pilot(
         controller=_controller(scenario, settings, physics, limits),
         frames=physics.dock_frames,
         period=period,
-        guidance=DockingGuidance(plan)
-        if settings.station is None
-        else StationGuidance(settings.station, plan),
+        guidance=_guidance(scenario, settings, plan),
         prediction=_prediction(settings.prediction, period),
         preview=_preview(settings, period),
         # The reference knows accelerations exactly: neither smoothed nor ahead.
         meter=Accelerometer(period, smoothing=1e-9, lead=0.0) if published else None,
     )
+
+
+def _guidance(
+    scenario: Scenario, settings: DockingSettings, plan: DockingPlan
+) -> DockingGuidance | StationGuidance | CruiseGuidance:
+    """The guidance that the settings ask for; the laws know the current at the surface."""
+    if settings.station is not None:
+        return StationGuidance(settings.station, plan)
+    if settings.guidance == "target_state":
+        return DockingGuidance(plan)
+    flow = np.deg2rad(scenario.current.direction_deg)
+    current = scenario.current.speed * np.array([np.cos(flow), -np.sin(flow)])
+    return CruiseGuidance(settings.guidance, settings.cruise_speed, plan, current)
 
 
 def _controller(

@@ -23,6 +23,18 @@ Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 
 
+#: Target-state guidance through waypoints, or a law of `controllers.cruise`.
+Guidance = Literal[
+    "target_state",
+    "line_of_sight",
+    "proportional_navigation",
+    "pure_pursuit",
+    "crab_angle",
+    "cross_track",
+    "touchdown_alignment",
+    "side_slip",
+    "sliding_path",
+]
 Vector6 = tuple[NotNegative, NotNegative, NotNegative, NotNegative, NotNegative, NotNegative]
 PredictionKind = Literal["kinematic", "constant_acceleration", "harmonic", "polynomial", "ar"]
 
@@ -93,6 +105,7 @@ class PlanSettings(Settings):
     patience: Positive = 15.0
     retreat: NotNegative = 0.0
     corridor: tuple[Positive, Positive] | None = None
+    aperture: tuple[Positive, Positive] = (0.5, 0.4)
     push: NotNegative = 20.0
     lift: NotNegative = 0.0
     contact_scale: tuple[float, float, float, float, float, float] = (1.0,) * 6
@@ -146,6 +159,9 @@ class DockingSettings(Settings):
         gain_values: numbers instead of a gain set, for `pose_pid`.
         prediction: let the controller act on predicted states; left out: on the present ones.
         preview: how `mpc` predicts the motion of the dock over its horizon.
+        guidance: "target_state" (waypoints), or a horizontal law at a constant surge speed, for
+            docks entered from behind; see `controllers.CruiseGuidance`.
+        cruise_speed: of such a law, m/s.
         station: keep station this far below the goal instead of docking, m.
         error_limit: longest position error that `pose_pid` sees, m; left out: no limit.
         plan: waypoints and contact phase.
@@ -172,6 +188,8 @@ class DockingSettings(Settings):
     error_limit: Positive | None = None
     prediction: PredictionSettings | None = None
     preview: PredictionKind = "ar"
+    guidance: Guidance = "target_state"
+    cruise_speed: Positive = 0.7
     station: Positive | None = None
     plan: PlanSettings = PlanSettings()
     latch: LatchSettings = LatchSettings()
@@ -200,6 +218,15 @@ class DockingSettings(Settings):
             )
         if self.prediction is not None and self.controller == "mpc":
             raise ValueError("controller 'mpc' predicts by itself: leave out prediction")
+        if self.guidance != "target_state":
+            for name in ("prediction", "station"):
+                if getattr(self, name) is not None:
+                    raise ValueError(f"guidance = {self.guidance!r} is flown without {name}")
+            if self.controller == "mpc":
+                raise ValueError(
+                    f"guidance = {self.guidance!r} has no target ahead of time for controller "
+                    "'mpc': take another controller"
+                )
         if self.undock_after is not None and (self.end_at_capture or self.station is not None):
             other = "end_at_capture" if self.end_at_capture else "station"
             raise ValueError(
