@@ -2,7 +2,7 @@
 
 Each law steers heading and surge speed in the horizontal plane; the vehicle keeps a fixed depth, a
 level attitude and no sway. (The Scout has no lift: if it let sway go, it would slide on across its
-heading, 0.4 to 1 m beside the dock in calm water.) It does not wait and does not turn back: the
+heading, up to 1 m beside the dock in calm water.) It does not wait and does not turn back: the
 aperture is crossed once, and `DockingGuidance` takes over there.
 """
 
