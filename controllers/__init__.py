@@ -4,6 +4,7 @@ from marine_mj.controllers.allocation import Allocator
 from marine_mj.controllers.ar_prediction import ArPredictor
 from marine_mj.controllers.cpv import CPV_GAINS, Cpv, CpvGains, CpvState, cpv_gain_set
 from marine_mj.controllers.cpva import CPVA_GAINS, Cpva, CpvaGains, CpvaState, cpva_gain_set
+from marine_mj.controllers.cruise import CRUISE_LAWS, CruiseGuidance, CruiseState
 from marine_mj.controllers.docking import DockFrames, DockingPilot, PilotState
 from marine_mj.controllers.kinematics import (
     Accelerometer,
@@ -29,6 +30,7 @@ from marine_mj.controllers.waypoints import DockingGuidance, DockingPlan, Guidan
 __all__ = [
     "CPVA_GAINS",
     "CPV_GAINS",
+    "CRUISE_LAWS",
     "GAINS",
     "LQR_WEIGHTS",
     "MPC_SETTINGS",
@@ -42,6 +44,8 @@ __all__ = [
     "Cpva",
     "CpvaGains",
     "CpvaState",
+    "CruiseGuidance",
+    "CruiseState",
     "DockFrames",
     "DockingGuidance",
     "DockingPilot",

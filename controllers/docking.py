@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
+from marine_mj.controllers.cruise import CruiseGuidance
 from marine_mj.controllers.kinematics import (
     AccelerationState,
     Accelerometer,
@@ -21,6 +22,7 @@ from marine_mj.controllers.waypoints import (
     Phase,
 )
 
+from marine_mj import trees
 from marine_mj.frames import Array
 
 
@@ -85,7 +87,7 @@ class PilotState:
 
 @dataclass(frozen=True)
 class DockingPilot:
-    """Flies a vehicle into a dock.
+    """Flies a vehicle into a dock, and out of it when the latch has opened.
 
     Attributes:
         controller: controller; its limits are those of the vehicle.
@@ -100,7 +102,7 @@ class DockingPilot:
     controller: Controller
     frames: DockFrames
     period: float
-    guidance: DockingGuidance | StationGuidance | PursuitGuidance = field(
+    guidance: DockingGuidance | StationGuidance | PursuitGuidance | CruiseGuidance = field(
         default_factory=DockingGuidance
     )
     prediction: Prediction | None = None
@@ -141,7 +143,7 @@ class DockingPilot:
             state: state after the previous update.
             vehicle: measured state of the vehicle.
             carrier: measured state of the body that carries the dock.
-            latched: (...,) bool; thrust is off from then on.
+            latched: (...,) bool; thrust is off as long as it is.
             offset: (..., 3) shift of the goal, carrier axes FLU, m.
             carrier_acceleration: (..., 6) measured acceleration of the carrier, world axes NWU;
                 None: from its velocity.
@@ -153,6 +155,11 @@ class DockingPilot:
         acceleration, motion = self.accelerometer.update(
             state.motion, carrier, carrier_acceleration
         )
+        before = state.control
+        released = (guidance.phase == Phase.LEAVE) & (state.guidance.phase == Phase.LATCHED)
+        if np.any(released):  # what the latch did to the vehicle is no matter of the controller
+            fresh = self.controller.initial(released.shape)
+            before = trees.where(released, fresh, before)
         body, dock, target, prediction = vehicle, carrier, command.target, state.prediction
         if self.prediction is not None:
             body, dock, prediction = self.prediction.update(prediction, vehicle, carrier)
@@ -164,15 +171,16 @@ class DockingPilot:
             command.push,
             command.follow * acceleration_at(dock, acceleration, target.position)
             + command.acceleration,
-            guidance.phase == Phase.CONTACT,
+            (guidance.phase == Phase.CONTACT)
+            | ((guidance.phase == Phase.LEAVE) & (guidance.height >= 0)),
         )
         look = state.preview
         if isinstance(self.controller, Mpc) and self.preview is not None:
             look = self.preview.update(look, carrier)
-            future = self._preview(self.controller, state.control, guidance, look, carrier, offset)
-            wrench, control = self.controller.update(state.control, *order, future)
+            future = self._preview(self.controller, before, guidance, look, carrier, offset)
+            wrench, control = self.controller.update(before, *order, future)
         else:
-            wrench, control = self.controller.update(state.control, *order)
+            wrench, control = self.controller.update(before, *order)
         off = (guidance.phase == Phase.LATCHED)[..., None]
         following = PilotState(guidance, control, motion, prediction, look)
         return np.where(off, 0.0, wrench), command, following

@@ -9,6 +9,7 @@ from enum import IntEnum
 
 import numpy as np
 from marine_mj.controllers.kinematics import RigidState, heading_quaternion, rotate, unrotate
+from marine_mj.controllers.undocking import end_of_way, way_out
 from numpy.typing import NDArray
 
 from marine_mj.errors import ScenarioError
@@ -31,10 +32,18 @@ class Phase(IntEnum):
     ENTER = 3  # through the aperture
     CONTACT = 4  # pushed against the seat
     LATCHED = 5
+    LEAVE = 6  # the latch has opened: out along the way in
+    RETURN = 7  # back to waypoint 1
+    AWAY = 8  # holds waypoint 1
 
 
-# Which parts of the carrier's acceleration the target of each phase up to CONTACT has.
-_FOLLOW = np.array([[0.0] * 6, [0.0] * 6, [1.0] * 3 + [0.0] * 3, [1.0] * 6, [1.0] * 6])
+# Which parts of the carrier's acceleration the target of each phase has.
+_STILL, _MOVING = [0.0] * 6, [1.0] * 6
+_FOLLOW = np.array(
+    [_STILL] * 2 + [[1.0] * 3 + [0.0] * 3] + [_MOVING] * 4 + [_STILL] * 2  # up to AWAY
+)
+# Target of each phase, of those that `DockingGuidance._targets` lists.
+_TARGET = np.array([0, 1, 2, 3, 4, 4, 5, 0, 0])
 
 
 @dataclass(frozen=True)
@@ -50,8 +59,9 @@ class DockingPlan:
         acceptance: distance at which a waypoint counts as reached, m.
         wait_speed: enter only below this relative speed, abort above it, m/s (inf: never wait).
         wait_time: ours: the relative speed must stay below `wait_speed` for this long, s.
-        quiet_rate: ours: enter only while the dock has lately turned more slowly than this (r.m.s.
-            with a memory of 4 s): waves come in groups, rad/s (inf: do not look).
+        quiet_rate: ours: enter, and open the latch, only while the dock has lately turned more
+            slowly than this (r.m.s. with a memory of 4 s): waves come in groups, rad/s (inf: do
+            not look).
         patience: ours: after this time of waiting twice `quiet_rate` is good enough, after twice
             this time three times, and so on, s.
         retreat: ours: how much deeper the vehicle waits, without following the dock's velocity,
@@ -64,6 +74,9 @@ class DockingPlan:
         lift: upward force beside it while in contact, N: keeps a vehicle under what it hooks into.
         contact_scale: (6,) factor on the pose error while in contact; 0 lets an axis go.
         seat_speed: how fast the target moves from the aperture to the seat, m/s.
+        leave_speed: ours: how fast the target leaves the dock when the latch has opened, m/s.
+        leave_depth: ours: how far below the aperture it goes before it lets the dock be, m: a dock
+            in rough seas comes down on what is near.
         axis: axis of the aperture frame along which the vehicle enters: 2, from below, or 0, from
             behind. "Below" in the distances above then reads "before" it, "height" "progress";
             only `approach_depth` and `under_depth` stay depths. Docks say it by their sites.
@@ -87,6 +100,8 @@ class DockingPlan:
     lift: float = 0.0
     contact_scale: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
     seat_speed: float = 0.15
+    leave_speed: float = 0.3
+    leave_depth: float = 2.0
     axis: int = 2
 
     def __post_init__(self) -> None:
@@ -100,6 +115,8 @@ class DockingPlan:
             "wait_speed",
             "missed_depth",
             "seat_speed",
+            "leave_speed",
+            "leave_depth",
             "quiet_rate",
             "patience",
         ):
@@ -114,6 +131,20 @@ class DockingPlan:
         """Height (...,) beyond the aperture plane, and offsets (..., 2) in it, of (..., 3)."""
         return inside[..., self.axis], inside[..., _ACROSS[self.axis]]
 
+    def quiet(self, turning: Array | float, waited: Array | float) -> NDArray[np.bool_]:
+        """Whether (...,) the dock turns slowly enough, after waiting for so long.
+
+        Args:
+            turning: (...,) mean square of its angular velocity, rad2/s2.
+            waited: (...,) time, s.
+        """
+        allowed = self.quiet_rate * (1.0 + np.floor(np.asarray(waited) / self.patience))
+        return np.asarray(np.asarray(turning) < allowed**2)
+
+    def clear(self, height: Array) -> NDArray[np.bool_]:
+        """Whether (...,) a vehicle at that height (m) has left the dock: `leave_depth` below."""
+        return np.asarray(height < np.asarray(self.acceptance) - self.leave_depth)
+
 
 @dataclass(frozen=True)
 class GuidanceState:
@@ -122,7 +153,8 @@ class GuidanceState:
     Attributes:
         phase: (...,) int, see `Phase`.
         height: (...,) height of the vehicle above the aperture plane at the last update, m.
-        progress: (...,) how far the target has moved from the aperture to the seat, 0 to 1.
+        progress: (...,) how far the target has moved from the aperture to the seat, 0 to 1;
+            negative before the aperture on the way out.
         attempts: (...,) int, entries so far.
         calm: (...,) for how long the vehicle has been ready to enter, s.
         waited: (...,) time in WAIT since the last attempt, s.
@@ -206,8 +238,7 @@ class DockingGuidance:
         waiting = state.phase == Phase.WAIT
         held = np.where(state.phase == Phase.ENTER, state.waited, 0.0)
         waited = np.where(waiting, state.waited + period, held)
-        allowed = plan.quiet_rate * (1.0 + np.floor(waited / plan.patience))
-        quiet = turning < allowed**2
+        quiet = plan.quiet(turning, waited)
         targets = self._targets(state, quiet, carrier, aperture, seat)
         distance = np.stack(
             [np.linalg.norm(t.position - vehicle.position, axis=-1) for t in targets], axis=-1
@@ -215,9 +246,10 @@ class DockingGuidance:
         speed = np.linalg.norm(vehicle.linear_velocity - carrier.linear_velocity, axis=-1)
 
         phase = state.phase
-        reached = np.take_along_axis(distance, np.minimum(phase, 3)[..., None], -1)[..., 0]
+        reached = np.take_along_axis(distance, _TARGET[phase][..., None], -1)[..., 0]
         reached = reached < plan.acceptance
-        advance = reached & (phase < Phase.WAIT)
+        advance = reached & ((phase < Phase.WAIT) | (phase == Phase.RETURN))
+        advance |= (phase == Phase.LEAVE) & plan.clear(height)
         # Above the aperture plane the forks guide: no abort there.
         open_ = np.asarray(plan.corridor) + CORRIDOR_SLOPE * np.maximum(-height, 0.0)[..., None]
         outside = (height < 0) & np.any(np.abs(across) > open_, axis=-1)
@@ -234,12 +266,19 @@ class DockingGuidance:
         next_phase = np.where(advance, phase + 1, phase)
         next_phase = np.where(abort | missed, int(Phase.WAIT), next_phase)
         next_phase = np.where(entered, int(Phase.CONTACT), next_phase)
+        next_phase = np.where(phase == Phase.LATCHED, int(Phase.LEAVE), next_phase)
         next_phase = np.where(latched, int(Phase.LATCHED), next_phase)
 
         travel = np.linalg.norm(seat.position - aperture.position, axis=-1)
         step = plan.seat_speed * period / np.maximum(travel, 1e-9)
-        in_contact = next_phase >= Phase.CONTACT
+        in_contact = next_phase == Phase.CONTACT
         progress = np.where(in_contact, np.minimum(state.progress + step, 1.0), 0.0)
+        # The way out begins where the vehicle is latched.
+        latched_at = height / np.maximum(travel, 1e-9)
+        progress = np.where(next_phase == Phase.LATCHED, latched_at, progress)
+        back = state.progress - plan.leave_speed * period / np.maximum(travel, 1e-9)
+        back = np.maximum(back, end_of_way(travel, plan.leave_depth))
+        progress = np.where(next_phase == Phase.LEAVE, back, progress)
         following = GuidanceState(
             next_phase, height, progress, state.attempts + entered, calm, waited, turning
         )
@@ -255,8 +294,7 @@ class DockingGuidance:
             state: state after `update`.
             carrier, aperture, seat: as in `update`; may have more leading dimensions, in front.
         """
-        allowed = self.plan.quiet_rate * (1.0 + np.floor(state.waited / self.plan.patience))
-        quiet = np.asarray(np.asarray(state.turning) < allowed**2)
+        quiet = self.plan.quiet(state.turning, state.waited)
         targets = self._targets(state, quiet, carrier, aperture, seat)
         return _pick(targets, np.broadcast_to(state.phase, carrier.position.shape[:-1]))
 
@@ -268,7 +306,7 @@ class DockingGuidance:
         aperture: RigidState,
         seat: RigidState,
     ) -> list[RigidState]:
-        """Targets of the phases APPROACH, UNDER, WAIT, ENTER and CONTACT, in this order."""
+        """Targets of the phases APPROACH, UNDER, WAIT, ENTER, CONTACT and LEAVE, in this order."""
         plan = self.plan
         level = heading_quaternion(carrier.heading)
         still = np.zeros_like(carrier.velocity)
@@ -308,12 +346,13 @@ class DockingGuidance:
             RigidState(wait, level, wait_twist),
             aperture.attached(np.asarray(plan.overshoot)[..., None] * entry),
             seated,
+            way_out(aperture, seat, plan.axis, state.progress, plan.leave_speed, plan.leave_depth),
         ]
 
     def _command(
         self,
         state: GuidanceState,
-        quiet: Array,
+        quiet: NDArray[np.bool_],
         entered: Array,
         targets: list[RigidState],
         towards: Array,
@@ -321,12 +360,16 @@ class DockingGuidance:
         """Command of the phase each simulation is in."""
         contact = (state.phase == Phase.CONTACT)[..., None]
         away = (state.phase == Phase.WAIT) & np.logical_not(quiet) & (self.plan.retreat > 0)
-        follow = _FOLLOW[np.minimum(state.phase, Phase.CONTACT)]
+        latched = (state.phase == Phase.LATCHED)[..., None]
+        follow = _FOLLOW[state.phase]
         push = np.asarray(self.plan.push)[..., None] * towards
         push = push + np.asarray(self.plan.lift)[..., None] * np.array([0.0, 0.0, 1.0])
         return GuidanceCommand(
             target=_pick(targets, state.phase),
-            scale=np.where(contact, np.asarray(self.plan.contact_scale), 1.0),
+            # Latched: what the controller sums up rests.
+            scale=np.where(
+                contact, np.asarray(self.plan.contact_scale), np.where(latched, 0.0, 1.0)
+            ),
             push=np.where(contact, push, 0.0),
             entered=entered,
             follow=np.where(away[..., None], 0.0, follow),
@@ -343,7 +386,7 @@ def _towards(plan: DockingPlan, carrier: RigidState) -> Array:
 
 def _pick(targets: list[RigidState], phase: Array) -> RigidState:
     """Of the targets by phase the one of the phase (...,) each simulation is in."""
-    index = np.minimum(phase, len(targets) - 1)
+    index = _TARGET[phase]
 
     def pick(name: str) -> Array:
         values = np.stack([getattr(t, name) for t in targets], axis=-2)

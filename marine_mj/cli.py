@@ -132,7 +132,7 @@ def list_command() -> None:
     from marine_mj.campaign import Campaign
     from marine_mj.library import find_model, is_dock, model_names
     from marine_mj.scenario import Scenario
-    from marine_mj.suite import TASKS_BY_DOMAIN
+    from marine_mj.suite import ALL_TASKS, BASE_TASKS
 
     paths = {name: find_model(name) for name in model_names()}
     docks = {name for name, path in paths.items() if is_dock(path)}
@@ -144,9 +144,12 @@ def list_command() -> None:
         table.add_row("scenario", name, Scenario.load(path).description)
     for name, path in Campaign.packaged().items():
         table.add_row("campaign", name, Campaign.load(path).description)
-    for domain, tasks in TASKS_BY_DOMAIN.items():
-        for task in tasks:
-            table.add_row("task", f"{domain} {task}", "marine_mj.suite.load(domain, task)")
+    for domain, task in BASE_TASKS:
+        table.add_row("task", f"{domain} {task}", "marine_mj.suite.load(domain, task)")
+    more = [task for pair in ALL_TASKS if pair not in BASE_TASKS for task in pair[1:]]
+    if more:
+        about = f"{len(more)} variants of controller and sea state: marine_mj.suite.ALL_TASKS"
+        table.add_row("task", f"{more[0]} ... {more[-1]}", about)
     console.print(table)
 
 

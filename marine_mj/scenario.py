@@ -149,8 +149,8 @@ class Vehicle(Settings):
         heading_deg: start heading, clockwise from north.
         velocity_frd: start velocity `nu`, m/s and rad/s, body axes FRD.
         motion: "free": by all its forces; "rao": moved by its motion RAOs; "dynamic": by wave
-            excitation, restoring and damping from its force RAOs; left out: "dynamic" if the
-            model has RAOs, else "free".
+            excitation, restoring and damping from its force RAOs; "fixed": held in space; left
+            out: "dynamic" if the model has RAOs, else "free".
         radiation: of a "dynamic" vehicle: "memory" of the water (Cummins' equation), or "constant"
             added mass and damping; left out: "memory" if its wave database has what that needs.
         dock: name of the dock folder that the vehicle carries at its site `dock_mount`.
@@ -177,7 +177,7 @@ class Vehicle(Settings):
     position_ned: Vector3 = (0.0, 0.0, 0.0)
     heading_deg: float = 0.0
     velocity_frd: Vector6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    motion: Literal["free", "rao", "dynamic"] | None = None
+    motion: Literal["free", "rao", "dynamic", "fixed"] | None = None
     radiation: Literal["memory", "constant"] | None = None
     dock: str | None = None
     actuation: Literal["thrusters", "wrench"] = "thrusters"

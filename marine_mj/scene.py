@@ -227,10 +227,10 @@ def _attach_vehicle(spec: mujoco.MjSpec, instance: str, vehicle: Vehicle) -> Non
         )
     free[0].name = f"{instance}/free"
     if vehicle.planar:
-        if vehicle.motion == "rao":
+        if vehicle.motion in ("rao", "fixed"):
             raise ModelError(
-                f'vehicle {instance!r} has motion = "rao" and planar = true: a prescribed vehicle '
-                "is planar in head seas anyway, leave out planar"
+                f'vehicle {instance!r} has motion = "{vehicle.motion}" and planar = true: a '
+                "prescribed vehicle is planar in head seas anyway, leave out planar"
             )
         spec.delete(free[0])
         for name, axis in zip(PLANAR_JOINTS, ([1, 0, 0], [0, 0, 1], [0, 1, 0]), strict=True):

@@ -22,6 +22,20 @@ def take(tree: T, rows: Any) -> T:
     return tree
 
 
+def where(rows: np.ndarray, chosen: T, otherwise: T) -> T:
+    """Of every array in two trees alike the `chosen` one's rows where `rows` (...,) is true.
+
+    Everything but arrays is kept as in `otherwise`.
+    """
+    if isinstance(otherwise, np.ndarray):
+        mask = np.reshape(rows, (*np.shape(rows), *[1] * (otherwise.ndim - np.ndim(rows))))
+        return np.where(mask, chosen, otherwise)  # type: ignore[call-overload, no-any-return]
+    if dataclasses.is_dataclass(otherwise) and not isinstance(otherwise, type):
+        pairs = zip(_values(chosen), _values(otherwise), strict=True)
+        return _rebuilt(otherwise, [where(rows, one, other) for one, other in pairs])
+    return otherwise
+
+
 def stack(trees: Sequence[T]) -> T:
     """One tree for many simulations: numbers that differ become arrays with a leading row each.
 

@@ -9,7 +9,7 @@ from marine_mj.hydrodynamics.drift import Drift
 from marine_mj.hydrodynamics.memory import Memory
 from marine_mj.hydrodynamics.memory_store import database_memory, has_memory_data
 
-Motion = Literal["free", "dynamic", "rao"]
+Motion = Literal["free", "dynamic", "rao", "fixed"]
 Radiation = Literal["memory", "constant"]
 Hydrostatics = Literal["linear", "panels"]
 
@@ -20,7 +20,8 @@ class BodySettings:
 
     Attributes:
         motion: "dynamic" (wave forces from force RAOs), "rao" (plays back motion RAOs whatever
-            touches it), "free" (no RAO table); None: "dynamic" with a wave database, else "free".
+            touches it), "fixed" (held in space, whatever touches it), "free" (no RAO table); None:
+            "dynamic" with a wave database, else "free".
         radiation: of a "dynamic" body: "memory" (Cummins' equation with A(inf) and states for
             the memory of the water), or "constant" added mass and damping chosen for the sea;
             None: "memory" where the wave database has A(inf), else "constant".
@@ -74,10 +75,10 @@ def motion_of(body: BodyCoefficients, settings: BodySettings) -> Motion:
         ModelError: RAOs are asked for and the body names no wave database.
     """
     motion = settings.motion or ("dynamic" if body.wave_database else "free")
-    if motion != "free" and body.wave_database is None:
+    if motion not in ("free", "fixed") and body.wave_database is None:
         raise ModelError(
-            f"motion {motion!r} of {body.name!r} needs RAOs; allowed is 'free', or a database: "
-            f'<text name="{body.name}.wave_database" data="FILE.nc"/>'
+            f"motion {motion!r} of {body.name!r} needs RAOs; allowed are 'free' and 'fixed', or a "
+            f'database: <text name="{body.name}.wave_database" data="FILE.nc"/>'
         )
     return motion
 

@@ -67,12 +67,13 @@ def drift_of(body: BodyCoefficients, drift: Drift | None, motion: str) -> Drift:
     Raises:
         ModelError: drift is asked for without coefficients or with prescribed motion.
     """
-    if drift == "none" or (drift is None and motion == "rao"):
+    prescribed = motion in ("rao", "fixed")
+    if drift == "none" or (drift is None and prescribed):
         return "none"
-    if motion == "rao":
+    if prescribed:
         raise ModelError(
-            f"drift {drift!r} of {body.name!r} with motion 'rao': prescribed motion gives way to "
-            "no force; allowed is drift 'none', or another motion"
+            f"drift {drift!r} of {body.name!r} with motion {motion!r}: prescribed motion gives way "
+            "to no force; allowed is drift 'none', or another motion"
         )
     given = body.drift is not None
     if not given and body.wave_database and (drift or motion == "dynamic"):

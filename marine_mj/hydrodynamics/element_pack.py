@@ -70,7 +70,10 @@ def _path(
     The amplitudes (6, 2, N) are complex pose deviations in the reference heading's level axes.
     """
     x, y, yaw = start_pose(model, body, index, motion)
-    amplitude = responses(str(body.wave_database), "motion", waves, yaw)
+    if motion == "fixed":
+        amplitude = np.zeros((6, len(waves.omega)), dtype=complex)
+    else:
+        amplitude = responses(str(body.wave_database), "motion", waves, yaw)
     along = np.cos(waves.direction) * x + np.sin(waves.direction) * y
     amplitude = amplitude * np.exp(1j * (waves.wavenumber * along + waves.phase))
     offset = table.add(np.stack([amplitude.real, amplitude.imag], axis=1))
@@ -191,7 +194,7 @@ def pack_elements(
         response = "diffraction" if panels and settings.froude_krylov else "force"
         force = _exciting_forces(table, body, waves, response)
         found.append((t_.EXCITATION, np.array([*path, *force])))
-    elif motion == "rao":
+    elif motion in ("rao", "fixed"):
         path = _path(model, table, body, index, waves, motion)
         kappa = PRESCRIBED_INERTIA
         found.append((t_.PRESCRIBED, np.array([*path, kappa, kappa])))

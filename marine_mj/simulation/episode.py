@@ -139,9 +139,9 @@ class Episode:
             if not on.ids.size:
                 break
             view, time = self._view(), self._time[on.ids]
-            on.state, closing = on.mission.observe(on.state, view, time, on.latched, contacts)
-            if closing.any():
-                self._close(view, closing)
+            on.state, closed = on.mission.observe(on.state, view, time, on.latched, contacts)
+            if (closed != on.latched).any():
+                self._switch(view, closed)
             if steps % self._stride == 0:
                 self._sample(view)
             over = on.mission.finished(on.state, time, on.latched) | (steps >= self._limit[on.ids])
@@ -176,13 +176,15 @@ class Episode:
             return np.zeros(ids.shape, dtype=bool)
         return self._closed[ids, mission.welds[0]] > 0
 
-    def _close(self, view: Any, closing: Flags) -> None:
-        """Close the weld in the present pose."""
+    def _switch(self, view: Any, closed: Flags) -> None:
+        """Close welds (n,), in the present pose, and open the others."""
         on = self._on
-        weld, held = on.mission.welds[0], view.weld
-        for place in np.flatnonzero(closing):
-            self._models[on.ids[place]].eq_data[weld, :10] = held[place]
-        self._closed[on.ids[closing], weld] = 1.0
+        weld, closing = on.mission.welds[0], closed & ~on.latched
+        if closing.any():
+            held = view.weld
+            for place in np.flatnonzero(closing):
+                self._models[on.ids[place]].eq_data[weld, :10] = held[place]
+        self._closed[on.ids, weld] = closed
         on.latched = self._latched(on.mission, on.ids)
 
     def _finite(self, commands: Array) -> Flags:

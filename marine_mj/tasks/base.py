@@ -50,7 +50,7 @@ class Mission(ABC):
 
     @property
     def welds(self) -> tuple[int, ...]:
-        """Equality constraints that the mission may close; `view.weld` is the data of the first."""
+        """Equality constraints that the mission may close and open; see `observe`."""
         return ()
 
     @abstractmethod
@@ -92,7 +92,9 @@ class Mission(ABC):
         latched: Flags,
         contacts: Array,
     ) -> tuple[Any, Flags]:
-        """Next state one control period later, and where (...,) the first weld closes now.
+        """Next state one control period later, and where (...,) the first weld is closed then.
+
+        Where it was open and closes, its data become those of `view.weld`.
 
         `contacts` (..., steps, 4) is the scene's contact sensor at every physics step of the
         period; `hydrodynamics.table.CONTACT_SENSOR` lists its values.

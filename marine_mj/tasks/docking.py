@@ -1,6 +1,6 @@
 """Docking: a vehicle enters a dock under a moving carrier and is latched there."""
 
-from typing import Any
+from typing import Any, Literal
 
 import mujoco
 import numpy as np
@@ -17,6 +17,19 @@ from marine_mj.tasks.docking_physics import DockingPhysics
 from marine_mj.tasks.docking_settings import DockingSettings
 
 SUITE = containers.TaggedTasks()
+
+#: Gain set and actuation (None: the scenario's) of each controller in the suite. The published
+#: gains of the pose PID are for an ideal wrench.
+CONTROLLERS: dict[str, tuple[str, str | None]] = {
+    "pose_pid": ("brute_force", "wrench"),
+    "cpv": ("extended", None),
+    "cpva": ("extended", None),
+    "lqr": ("extended", None),
+    "sliding": ("extended", None),
+    "mpc": ("extended", None),
+}
+#: Sea states of the enumerated tasks.
+SUITE_SEA_STATES = tuple(range(9))
 
 #: Reward falls to 10 % this far outside: distance m, angle rad, speed m/s.
 _MARGINS = (3.0, 0.5, 1.0)
@@ -58,7 +71,7 @@ class Docking(MarineTask):
         return self._mission
 
     def initialize_episode(self, physics: DockingPhysics) -> None:
-        """Place the vehicles, open the latch and forget the last episode."""
+        """Place the vehicles, the latch open or closed, and forget the last episode."""
         if self._mission is None:
             self._mission = _mission(self.scenario, self.settings, physics)
         self.mission.place(self.scenario, physics.model.ptr, physics.data.ptr, self.random)
@@ -79,16 +92,22 @@ class Docking(MarineTask):
         physics.set_control(command)
 
     def after_step(self, physics: DockingPhysics) -> None:
-        """Watch contact, capture and latch, which closes here when its limits were kept."""
-        self._state, closing = self.mission.observe(
-            self._state,
-            physics.view,
-            physics.data.time,
-            np.asarray(physics.latched()),
-            physics.contacts(),
+        """Watch contact, capture and latch, which closes and opens here."""
+        latched = physics.latched()
+        self._state, closed = self.mission.observe(
+            self._state, physics.view, physics.data.time, np.asarray(latched), physics.contacts()
         )
-        if closing:
+        if closed and not latched:
             physics.close_latch()
+        elif latched and not closed:
+            physics.open_latch()
+
+    def undock(self, physics: DockingPhysics) -> None:
+        """Ask for the latch to open at the end of the next step; the pilot then leaves the dock.
+
+        Without effect on a vehicle that is not latched.
+        """
+        self._state = self.mission.undock(self._state, physics.data.time)
 
     def get_observation(self, physics: DockingPhysics) -> dict[str, Array]:
         """Pose and velocity relative to the seat, own motion, motion of the carrier."""
@@ -123,7 +142,7 @@ class Docking(MarineTask):
         return float(near * (1.0 + level + slow) / 3.0)
 
     def get_termination(self, physics: DockingPhysics) -> float | None:
-        """0 when the vehicle has been latched for `hold` seconds (or has entered)."""
+        """0 when the mission is over; see `DockingMission.finished`."""
         latched = np.asarray(physics.latched())
         return 0.0 if self.mission.finished(self._state, physics.data.time, latched) else None
 
@@ -201,15 +220,15 @@ def build(
     )
 
 
-def _suite_scenario(name: str, scenario: str, sea_state: int, settings: dict[str, Any]) -> Scenario:
-    """A packaged scenario with random starts, for learning and testing."""
+def _suite_scenario(name: str, scenario: str, sea_state: int, changes: dict[str, Any]) -> Scenario:
+    """A packaged scenario with random starts, for learning and testing; changes by dotted key."""
     base = Scenario.load(scenario)
     spread = {"start_spread": 0.5, "start_heading_spread_deg": 10.0, "random_start_time": True}
     return base.with_values(
         {
             "sea.sea_state": sea_state,
             "task.name": name,
-            "task.settings": base.task.settings | spread | settings,
+            "task.settings": base.task.settings | spread | changes,
         }
     )
 
@@ -217,31 +236,42 @@ def _suite_scenario(name: str, scenario: str, sea_state: int, settings: dict[str
 @SUITE.add("benchmarking", "closed_loop")
 def dock(
     sea_state: int = 4,
+    controller: str | None = None,
     scenario: str = "docking_demo",
+    actuation: Literal["thrusters", "wrench"] | None = None,
     random: np.random.RandomState | int | None = None,
     environment_kwargs: dict[str, Any] | None = None,
     **settings: Any,
 ) -> control.Environment:
-    """Closed-loop docking: guidance and controller attached, the action shifts the goal."""
-    settings = {"goal_offset": 0.2, **settings}
+    """Closed-loop docking: guidance and controller attached, the action shifts the goal.
+
+    Args:
+        sea_state: number of the sea state, 0 to 12.
+        controller: what flies, a key of `CONTROLLERS`, whose preset gives gains and actuation;
+            default: what the scenario says.
+        scenario: packaged scenario to change.
+        actuation: of the vehicle: "thrusters", or "wrench" for ideal forces at the CG.
+        random: seed or RandomState of the random starts.
+        environment_kwargs: of `dm_control.rl.control.Environment`.
+        settings: other settings of the task (`DockingSettings`).
+    """  # fmt: skip
+    preset: dict[str, Any] = {"goal_offset": 0.2}
+    usual = None
+    if controller is not None:
+        gains, usual = CONTROLLERS.get(controller, (None, None))
+        preset |= {"controller": controller, "gains": gains}
+    settings = preset | settings
     changed = _suite_scenario("dock", scenario, sea_state, settings)
+    vehicle = DockingSettings.parse(changed.task.settings, "task.settings").vehicle
+    if actuation or usual:
+        changed = changed.with_values({f"vehicles.{vehicle}.actuation": actuation or usual})
     return build(changed, random, environment_kwargs)
 
 
 @SUITE.add("benchmarking", "closed_loop")
-def dock_pose_pid(
-    sea_state: int = 4,
-    scenario: str = "docking_demo",
-    random: np.random.RandomState | int | None = None,
-    environment_kwargs: dict[str, Any] | None = None,
-    **settings: Any,
-) -> control.Environment:
+def dock_pose_pid(**kwargs: Any) -> control.Environment:
     """Closed-loop docking with the reference's pose PID, on its ideal wrench at the CG."""
-    reference = {"controller": "pose_pid", "gains": "brute_force", "goal_offset": 0.2}
-    changed = _suite_scenario("dock", scenario, sea_state, reference | settings)
-    vehicle = DockingSettings.parse(changed.task.settings, "task.settings").vehicle
-    changed = changed.with_values({f"vehicles.{vehicle}.actuation": "wrench"})
-    return build(changed, random, environment_kwargs)
+    return dock(**{"controller": "pose_pid"} | kwargs)
 
 
 @SUITE.add("benchmarking", "open_loop")
@@ -256,3 +286,18 @@ def dock_open(
     return build(
         _suite_scenario("dock_open", scenario, sea_state, settings), random, environment_kwargs
     )
+
+
+def _variants() -> dict[str, tuple[str, dict[str, Any]]]:
+    """Tasks by controller and sea state: name, and the task and keywords that it stands for."""
+    found: dict[str, tuple[str, dict[str, Any]]] = {}
+    for state in SUITE_SEA_STATES:
+        for name in CONTROLLERS:
+            keywords = {"controller": name, "sea_state": state}
+            found[f"dock_{name}_ss{state}"] = ("dock", keywords)
+        found[f"dock_open_ss{state}"] = ("dock_open", {"sea_state": state})
+    return found
+
+
+#: Names for keywords of tasks: `dock_cpva_ss4` is `dock` with controller "cpva" at sea state 4.
+VARIANTS = _variants()

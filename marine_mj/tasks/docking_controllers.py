@@ -13,6 +13,7 @@ from marine_mj.controllers import (
     ArPredictor,
     Cpv,
     Cpva,
+    CruiseGuidance,
     DockingGuidance,
     DockingPilot,
     DockingPlan,
@@ -57,7 +58,7 @@ def docking_pilot(
         controller=_controller(scenario, settings, physics, limits),
         frames=physics.dock_frames,
         period=period,
-        guidance=_guidance(settings, plan, period),
+        guidance=_guidance(scenario, settings, plan, period),
         prediction=_prediction(settings.prediction, period),
         preview=_preview(settings, period),
         # The reference knows accelerations exactly: neither smoothed nor ahead.
@@ -66,15 +67,22 @@ def docking_pilot(
 
 
 def _guidance(
-    settings: DockingSettings, plan: DockingPlan, period: float
-) -> DockingGuidance | StationGuidance | PursuitGuidance:
-    """Where the settings steer to: the dock, a station below it, or a waypoint."""
+    scenario: Scenario, settings: DockingSettings, plan: DockingPlan, period: float
+) -> DockingGuidance | StationGuidance | PursuitGuidance | CruiseGuidance:
+    """Where the settings steer to: the dock, a station below it, or a waypoint.
+
+    The guidance laws know the current at the surface.
+    """
     if settings.station is not None:
         return StationGuidance(settings.station, plan)
     if (to := settings.waypoint) is not None:
         parts = (np.array(part) for part in (to.pose, to.rate, to.acceleration))
         return PursuitGuidance(period, *parts, plan)
-    return DockingGuidance(plan)
+    if settings.guidance == "target_state":
+        return DockingGuidance(plan)
+    flow = np.deg2rad(scenario.current.direction_deg)
+    current = scenario.current.speed * np.array([np.cos(flow), -np.sin(flow)])
+    return CruiseGuidance(settings.guidance, settings.cruise_speed, plan, current)
 
 
 def _controller(

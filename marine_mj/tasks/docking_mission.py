@@ -51,6 +51,8 @@ CAPTURE = ("time", *CAPTURE_ERRORS, "relative_speed", "relative_kinetic_energy")
 _AXIS_WEIGHT = (1.0, 1.0, 3.0, 3.3, 3.3, 3.3)
 #: Latest start on the wave record in episodes with a random start, s.
 _LATEST_START = 600.0
+#: "0 approach 1 under ...": phases by number, for logs.
+_PHASES = " ".join(f"{phase.value} {phase.name.lower()}" for phase in Phase)
 
 
 @dataclass(frozen=True)
@@ -65,8 +67,13 @@ class DockingState:
         target: (..., 3) position the controller steers to, NWU, m.
         miss: (..., 2, 6) pose and velocity of the target minus the vehicle's, world axes NWU.
         start_time: (...,) time on the wave record at the start, s.
-        latch_time: (...,) when the latch closed, s; inf while it is open.
+        latch_time: (...,) when the latch closed, s; inf before.
+        undock_at: (...,) when it is to open, s; inf: never.
+        undock_time: (...,) when it opened, s; inf before.
+        clear_time: (...,) when the undocked vehicle was clear of the dock, s; inf before.
+        away_time: (...,) when it was back at waypoint 1 (open loop: clear), s; inf before.
         contact: what contacts did so far.
+        departure: what they did since the latch opened.
         height: (...,) height above the aperture plane at the last look, m.
         entries: (...,) int, crossings of the aperture from below.
         capture: (..., 9) values of `CAPTURE` at the first crossing; NaN before.
@@ -80,7 +87,12 @@ class DockingState:
     miss: Array
     start_time: Array
     latch_time: Array
+    undock_at: Array
+    undock_time: Array
+    clear_time: Array
+    away_time: Array
     contact: ContactLog
+    departure: ContactLog
     height: Array
     entries: Array
     capture: Array
@@ -102,8 +114,11 @@ class DockingMission(Mission):
         latch: when the latch closes.
         period: time between two commands, s.
         goal_offset: largest shift of the goal by the action, m.
-        hold: time a mission goes on after the latch has closed, s.
+        hold: time a mission goes on after the latch has closed or the vehicle is away again, s.
         end_at_capture: a mission ends when the aperture is entered.
+        undock_after: time for which the latch stays closed, s; inf: until it is asked to open.
+        docked: the vehicle starts latched in the dock.
+        sea: what the summary says of the sea: H_s, T_p, number.
     """
 
     settings: DockingSettings = field(metadata={"stack": "first"})
@@ -119,6 +134,8 @@ class DockingMission(Mission):
     goal_offset: float
     hold: float
     end_at_capture: bool
+    undock_after: float = np.inf
+    docked: bool = False
 
     signal_specs = {  # noqa: RUF012
         "dock_error": Signal(("dof",), "m, rad", "vehicle FLU", "seat pose minus vehicle pose"),
@@ -131,7 +148,7 @@ class DockingMission(Mission):
         "wrench_command": Signal(
             ("dof",), "N, N m", "vehicle FLU", "wrench the thrusters were asked for"
         ),
-        "phase": Signal((), "1", "", "0 approach 1 under 2 wait 3 enter 4 contact 5 latched"),
+        "phase": Signal((), "1", "", _PHASES),
         "latched": Signal((), "1", "", "1 when the latch is closed"),
         "contact_force": Signal((), "N", "", "largest sum of normal forces in the control period"),
         **DockingNavigation.signal_specs,
@@ -166,6 +183,8 @@ class DockingMission(Mission):
             goal_offset=settings.goal_offset,
             hold=settings.hold,
             end_at_capture=settings.end_at_capture,
+            undock_after=np.inf if settings.undock_after is None else settings.undock_after,
+            docked=settings.start_docked,
         )
 
     def place(
@@ -199,6 +218,11 @@ class DockingMission(Mission):
             state = RigidState(position, quaternion, velocity)
             BodyReader.of(model, body).write(data.qpos, data.qvel, state)
         hydrodynamics.start_in_waves(model, data)
+        if self.docked:
+            reader, weld = self.geometry.vehicle_reader, self.geometry.weld
+            reader.write(data.qpos, data.qvel, self.view(data.qpos, data.qvel).dock[1])
+            model.eq_data[weld, :10] = self.view(data.qpos, data.qvel).weld
+            data.eq_active[weld] = 1
 
     def noise_seed(self, random: np.random.RandomState) -> int:
         """Seed of a run's noise, drawn after `place`; 0 (nothing drawn) without noise."""
@@ -217,9 +241,14 @@ class DockingMission(Mission):
             target=np.zeros((*shape, 3)),
             miss=np.zeros((*shape, 2, 6)),
             start_time=start,
-            latch_time=np.full(shape, np.inf),
+            latch_time=start if self.docked else np.full(shape, np.inf),
+            undock_at=start + self.undock_after if self.docked else np.full(shape, np.inf),
+            undock_time=np.full(shape, np.inf),
+            clear_time=np.full(shape, np.inf),
+            away_time=np.full(shape, np.inf),
             contact=ContactLog.initial(shape),
-            height=np.full(shape, -np.inf),
+            departure=ContactLog.initial(shape),
+            height=np.full(shape, np.inf if self.docked else -np.inf),
             entries=np.zeros(shape, dtype=int),
             capture=np.full((*shape, len(CAPTURE)), np.nan),
         )
@@ -280,7 +309,7 @@ class DockingMission(Mission):
         latched: Flags,
         contacts: Array,
     ) -> tuple[DockingState, Flags]:
-        """Next state, and in which simulations (...,) the latch closes now.
+        """Next state, and in which simulations (...,) the latch is closed from now on.
 
         Args:
             state: state after the last command.
@@ -289,22 +318,44 @@ class DockingMission(Mission):
             latched: (...,) bool, closed before.
             contacts: (..., steps, 4) contact sensor at every physics step of the control period.
         """
-        time = np.asarray(time, dtype=float)
+        time, latched = np.asarray(time, dtype=float), np.asarray(latched, dtype=bool)
         height, entries, capture = self._aperture(state, view, time)
         latch = self.latch.update(state.latch, view.error, view.relative_velocity, self.period)
-        closing = latch.closed & ~np.asarray(latched, dtype=bool)
+        released = np.isfinite(state.undock_time)
+        closing = latch.closed & ~latched & ~released
+        opening = latched & (time >= state.undock_at - 1e-9) & self._quiet(state, time)
+        clear = released & self.pilot.guidance.plan.clear(height)
+        away = released & (state.pilot.guidance.phase == Phase.AWAY) if self.closed_loop else clear
+        timestep = self.period / contacts.shape[-2]
         following = replace(
             state,
             latch=latch,
             latch_time=np.where(closing, time, state.latch_time),
-            contact=state.contact.update(
-                contacts, self.period / contacts.shape[-2], np.asarray(latched, dtype=bool)
+            undock_at=np.where(closing, time + self.undock_after, state.undock_at),
+            undock_time=np.where(opening, time, state.undock_time),
+            clear_time=np.where(clear, np.minimum(state.clear_time, time), state.clear_time),
+            away_time=np.where(away, np.minimum(state.away_time, time), state.away_time),
+            contact=state.contact.update(contacts, timestep, latched | released),
+            departure=state.departure.update(
+                np.where(released[..., None, None], contacts, 0.0), timestep, ~released
             ),
             height=height,
             entries=entries,
             capture=capture,
         )
-        return following, closing
+        return following, (latched & ~opening) | closing
+
+    def _quiet(self, state: DockingState, time: Array) -> Flags:
+        """Where (...,) the dock is quiet enough to leave it; an open policy decides by itself."""
+        if not self.closed_loop:
+            return np.ones(time.shape, dtype=bool)
+        waited = np.where(time > state.undock_at, time - state.undock_at, 0.0)
+        return self.pilot.guidance.plan.quiet(state.pilot.guidance.turning, waited)
+
+    def undock(self, state: DockingState, time: Array | float) -> DockingState:
+        """State in which closed latches (...,) are to open at `time` s."""
+        latched = np.isfinite(state.latch_time) & np.isinf(state.undock_time)
+        return replace(state, undock_at=np.where(latched, time, state.undock_at))
 
     def _aperture(
         self, state: DockingState, view: DockingView, time: Array
@@ -314,6 +365,7 @@ class DockingMission(Mission):
         height, across = plan.split(pose[..., :3])
         # The closed loop arms the crossing at waypoint 2; an open policy has no waypoints.
         armed = np.asarray(state.pilot.guidance.phase >= Phase.WAIT) | (not self.closed_loop)
+        armed &= np.isinf(state.undock_time)
         within = np.all(np.abs(across) <= np.asarray(plan.aperture), axis=-1)
         crossed = armed & within & (state.height < 0) & (height >= 0)
         entries, capture = state.entries + crossed, state.capture
@@ -332,8 +384,13 @@ class DockingMission(Mission):
         return height, entries, capture
 
     def finished(self, state: DockingState, time: Array | float, latched: Flags) -> Flags:
-        """Where (...,) the vehicle has been latched for `hold` seconds (or has entered)."""
-        held = np.asarray(latched, dtype=bool) & (time - state.latch_time >= self.hold - 1e-9)
+        """Where (...,) the vehicle has been docked for `hold` seconds (or has entered).
+
+        With undocking: where it has been away again for as long.
+        """
+        docked = np.asarray(latched, dtype=bool) & np.isinf(state.undock_at)
+        held = docked & (time - state.latch_time >= self.hold - 1e-9)
+        held |= time - state.away_time >= self.hold - 1e-9
         return held | (self.end_at_capture & ~np.isnan(state.capture[..., 0]))
 
     def signals(self, state: DockingState, view: DockingView, latched: Flags) -> dict[str, Array]:
@@ -359,16 +416,31 @@ class DockingMission(Mission):
             scenario: what was run.
             state: of that simulation, shape ().
             latched: whether its latch is closed.
+
+        `docked` says whether the latch has closed, even if it has opened again since; times are
+        counted from the start.
         """
         values = dict(zip(CAPTURE, state.capture.tolist(), strict=True))
         capture = None if np.isnan(values["time"]) else values
         height, period = significant_height(scenario.sea)
+        undocked = bool(np.isfinite(state.undock_time))
+
+        def since(moment: Array) -> float | None:
+            return float(moment - state.start_time) if np.isfinite(moment) else None
+
         return {
-            "docked": bool(latched),
+            "docked": bool(np.isfinite(state.latch_time)),
             "sea_state": {"H_s": height, "T_p": period, "number": scenario.sea.sea_state},
             "capture": capture,
             "capture_time": capture["time"] if capture else None,
-            "latch_time": float(state.latch_time - state.start_time) if latched else None,
+            "latch_time": since(state.latch_time),
+            "latched": bool(latched),
+            "undock_time": since(state.undock_time),
+            "clear_time": since(state.clear_time),
+            "away_time": since(state.away_time),
+            "undocked": bool(np.isfinite(state.clear_time)),
+            "undock_contact_force": float(state.departure.peak_force) if undocked else None,
+            "undock_forbidden_contact": bool(state.departure.crashed) if undocked else None,
             "peak_contact_force": float(state.contact.peak_force),
             "contact_impulse": float(state.contact.impulse),
             "contact_energy": float(state.contact.energy),

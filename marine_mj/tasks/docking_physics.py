@@ -50,3 +50,7 @@ class DockingPhysics(MarinePhysics):
         """Weld the vehicle to the dock in its present pose."""
         self.model.ptr.eq_data[self.geometry.weld, :10] = self.view.weld
         self.data.ptr.eq_active[self.geometry.weld] = 1
+
+    def open_latch(self) -> None:
+        """Let the vehicle go."""
+        self.data.ptr.eq_active[self.geometry.weld] = 0

@@ -23,6 +23,18 @@ Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 
 
+#: Target-state guidance through waypoints, or a law of `controllers.cruise`.
+Guidance = Literal[
+    "target_state",
+    "line_of_sight",
+    "proportional_navigation",
+    "pure_pursuit",
+    "crab_angle",
+    "cross_track",
+    "touchdown_alignment",
+    "side_slip",
+    "sliding_path",
+]
 Vector6 = tuple[NotNegative, NotNegative, NotNegative, NotNegative, NotNegative, NotNegative]
 PredictionKind = Literal["kinematic", "constant_acceleration", "harmonic", "polynomial", "ar"]
 
@@ -98,6 +110,8 @@ class PlanSettings(Settings):
     lift: NotNegative = 0.0
     contact_scale: tuple[float, float, float, float, float, float] = (1.0,) * 6
     seat_speed: Positive = 0.15
+    leave_speed: Positive = 0.3
+    leave_depth: Positive = 2.0
 
     def plan(self) -> DockingPlan:
         """The plan of the controllers."""
@@ -159,6 +173,9 @@ class DockingSettings(Settings):
         gain_values: numbers instead of a gain set, for `pose_pid`.
         prediction: let the controller act on predicted states; left out: on the present ones.
         preview: how `mpc` predicts the motion of the dock over its horizon.
+        guidance: "target_state" (waypoints), or a horizontal law at a constant surge speed, for
+            docks entered from behind; see `controllers.CruiseGuidance`.
+        cruise_speed: of such a law, m/s.
         station: keep station this far below the goal instead of docking, m.
         waypoint: steer to a waypoint, at rest or under way, instead of docking.
         error_limit: longest position error that `pose_pid` sees, m; left out: no limit.
@@ -167,7 +184,11 @@ class DockingSettings(Settings):
         navigation: what guidance and controller know of the vehicles.
         goal_offset: largest shift of the goal by the action of the closed-loop task, m;
             0 makes the action empty.
-        hold: time the episode goes on after the latch has closed, s.
+        hold: time the episode goes on after the latch has closed, or with undocking after the
+            vehicle has come back to waypoint 1 (open loop: is clear of the dock), s.
+        undock_after: open the latch this long after it has closed, s, and leave the dock; left out:
+            only when asked to (`Docking.undock`).
+        start_docked: start latched in the dock; position and heading of the vehicle do not count.
         end_at_capture: end the episode when the aperture is entered (no contact phase).
         start_spread: standard deviation of the start position in episodes, m.
         start_heading_spread_deg: standard deviation of the start heading, deg.
@@ -182,6 +203,8 @@ class DockingSettings(Settings):
     error_limit: Positive | None = None
     prediction: PredictionSettings | None = None
     preview: PredictionKind = "ar"
+    guidance: Guidance = "target_state"
+    cruise_speed: Positive = 0.7
     station: Positive | None = None
     waypoint: WaypointSettings | None = None
     plan: PlanSettings = PlanSettings()
@@ -189,6 +212,8 @@ class DockingSettings(Settings):
     navigation: NavigationSettings = NavigationSettings()
     goal_offset: NotNegative = 0.0
     hold: NotNegative = 0.0
+    undock_after: NotNegative | None = None
+    start_docked: bool = False
     end_at_capture: bool = False
     start_spread: NotNegative = 0.0
     start_heading_spread_deg: NotNegative = 0.0
@@ -213,6 +238,20 @@ class DockingSettings(Settings):
             )
         if self.prediction is not None and self.controller == "mpc":
             raise ValueError("controller 'mpc' predicts by itself: leave out prediction")
+        if self.guidance != "target_state":
+            for name in ("prediction", "station"):
+                if getattr(self, name) is not None:
+                    raise ValueError(f"guidance = {self.guidance!r} is flown without {name}")
+            if self.controller == "mpc":
+                raise ValueError(
+                    f"guidance = {self.guidance!r} has no target ahead of time for controller "
+                    "'mpc': take another controller"
+                )
+        if self.undock_after is not None and (self.end_at_capture or self.station is not None):
+            other = "end_at_capture" if self.end_at_capture else "station"
+            raise ValueError(
+                f"undock_after = {self.undock_after} needs a latch that closes: leave out {other}"
+            )
         return self
 
     @property

@@ -5,9 +5,16 @@ import pytest
 from dm_control.rl import control
 
 from marine_mj import suite
+from marine_mj.errors import ScenarioError
+
+#: One variant of each kind; all of them behind the marker.
+VARIANTS = ("dock_cpva_ss5", "dock_open_ss2")
+OTHERS = [pair for pair in suite.ALL_TASKS if pair not in suite.BASE_TASKS]
 
 
-@pytest.fixture(scope="module", params=suite.ALL_TASKS, ids="-".join)
+@pytest.fixture(
+    scope="module", params=[*suite.BASE_TASKS, *(("docking", n) for n in VARIANTS)], ids="-".join
+)
 def task(request):
     return request.param
 
@@ -46,8 +53,69 @@ def test_unknown_names_list_what_exists():
         suite.load("flying", "dock")
     with pytest.raises(ValueError, match="available: dock, dock_pose_pid, dock_open"):
         suite.load("docking", "undock")
+    with pytest.raises(ValueError, match="and 63 variants from dock_pose_pid_ss0 to dock_open_ss8"):
+        suite.load("docking", "dock_cpva_ss9")
+    with pytest.raises(ScenarioError, match="controller = 'pid'"):
+        suite.load("docking", "dock", {"controller": "pid"})
     with pytest.raises(ValueError, match="no reward colours"):
         suite.load("docking", "dock", visualize_reward=True)
+
+
+def test_variants_are_controllers_by_sea_states():
+    names = {name for _, name in OTHERS}
+    controllers = ("pose_pid", "cpv", "cpva", "lqr", "sliding", "mpc", "open")
+    assert names == {f"dock_{c}_ss{n}" for c in controllers for n in range(9)}
+    open_loop = {("docking", f"dock_open_ss{n}") for n in range(9)} | {("docking", "dock_open")}
+    assert set(suite.OPEN_LOOP) == open_loop
+    assert (
+        set(suite.CLOSED_LOOP)
+        == set(suite.ALL_TASKS) - open_loop
+        == set(suite.BENCHMARKING) - open_loop
+    )
+    assert set(suite.TASKS_BY_DOMAIN["docking"]) == names | {"dock", "dock_pose_pid", "dock_open"}
+
+
+def test_a_variant_is_its_task_with_keywords():
+    """Same scenario, same observations; keywords given by the user come first."""
+    one = suite.load("docking", "dock_lqr_ss3", {"random": 2})
+    two = suite.load("docking", "dock", {"controller": "lqr", "sea_state": 3, "random": 2})
+    assert one.task.scenario == two.task.scenario
+    settings = one.task.settings
+    assert (settings.controller, settings.gain_set, settings.goal_offset) == (
+        "lqr",
+        "extended",
+        0.2,
+    )
+    assert one.task.scenario.sea.sea_state == 3
+    first, second = one.reset().observation, two.reset().observation
+    for name, value in first.items():
+        np.testing.assert_array_equal(value, second[name])
+    calm = suite.load("docking", "dock_lqr_ss3", {"sea_state": 0}).task.scenario
+    assert calm.sea.sea_state == 0
+
+
+def test_pose_pid_flies_on_its_ideal_wrench():
+    env = suite.load("docking", "dock_pose_pid_ss2")
+    assert env.task.settings.gain_set == "brute_force" and env.physics.model.nu == 7
+    thrusters = suite.load(
+        "docking", "dock", {"controller": "pose_pid", "gains": "extended", "actuation": "thrusters"}
+    )
+    assert thrusters.physics.model.nu == 9
+
+
+def test_action_specs_by_mode():
+    closed, opened = (
+        load(("docking", name)).action_spec() for name in ("dock_cpv_ss1", "dock_open_ss1")
+    )
+    assert closed.shape == (3,) and closed.name == "goal_offset"
+    assert opened.shape == (8,) and opened.name == "thrusters"
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize("pair", OTHERS, ids="-".join)
+def test_random_agent_on_every_variant(pair):
+    test_conforms_to_its_specs(pair)
+    test_is_deterministic(pair)
 
 
 def test_conforms_to_its_specs(task):
