@@ -266,7 +266,19 @@ def _scale(child: mujoco.MjSpec, instance: str, vehicle: Vehicle) -> None:
 
 
 def _replace_actuators(spec: mujoco.MjSpec, instance: str, vehicle: Vehicle, body: Any) -> None:
-    """Six ideal motors at the body origin instead of the model's actuators."""
+    """Six ideal motors at the body origin instead of the model's actuators.
+
+    Raises:
+        ModelError: the ideal wrench is to lose thrust with speed.
+    """
+    if vehicle.thrust_loss:
+        raise ModelError(
+            f'vehicles.{instance}: thrust_loss = true with actuation = "wrench", which has no '
+            "thrusters; leave out one of them"
+        )
+    for numeric in list(spec.numerics):
+        if numeric.name.startswith(f"{body.name}.thrust_loss."):
+            spec.delete(numeric)
     for actuator in list(spec.actuators):
         if actuator.name.startswith(f"{instance}/"):
             spec.delete(actuator)

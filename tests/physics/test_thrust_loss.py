@@ -8,6 +8,9 @@ from scipy.optimize import brentq
 import marine_mj
 from marine_mj.errors import ModelError
 from marine_mj.hydrodynamics.loader import load
+from marine_mj.scenario import Scenario
+from marine_mj.scene import compile_scene
+from marine_mj.weather import environment_of
 
 FORWARD = slice(0, 4)
 LOSS = 1.96
@@ -106,6 +109,15 @@ def test_a_thruster_without_lag_is_read_from_its_clipped_command():
 def test_what_is_refused(change, message):
     with pytest.raises(ModelError, match=message):
         body(**change)
+
+
+def test_an_ideal_wrench_has_no_thrusters_to_lose_thrust():
+    ideal = Scenario.load("docking_demo").with_values({"vehicles.auv.actuation": "wrench"})
+    model = compile_scene(ideal, environment_of(ideal), visual=False).model
+    assert not any("thrust_loss" in model.numeric(i).name for i in range(model.nnumeric))
+    lossy = ideal.with_values({"vehicles.auv.thrust_loss": True})
+    with pytest.raises(ModelError, match=r"vehicles.auv: thrust_loss = true with actuation"):
+        compile_scene(lossy, environment_of(lossy), visual=False)
 
 
 def test_a_vehicle_without_coefficients_is_refused():
