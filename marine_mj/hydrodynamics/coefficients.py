@@ -39,7 +39,7 @@ QUANTITIES = sorted(
     [f"{name}_{frame}" for name in FRAMED for frame in ("frd", "flu")] + list(PLAIN) + ["tank"]
 )
 #: Texts `BODY.QUANTITY` that name a file.
-TEXTS = ("wave_database", "hull_mesh")
+TEXTS = ("wave_database", "shelter_database", "hull_mesh")
 ZERO = np.zeros((6, 6))
 ZERO.flags.writeable = False
 
@@ -95,6 +95,7 @@ class BodyCoefficients:
     restoring: Array | None = None
     equilibrium_height: float = 0.0
     wave_database: str | None = None
+    shelter_database: str | None = None
     hull_mesh: str | None = None
     wind: Array | None = None
     drift: Array | None = None  # (n, 4): omega, reflecting breadth, length [m] and couple [m2]
@@ -350,6 +351,7 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
         strips=strips,
         equilibrium_height=float(values.get("equilibrium_height", [0.0])[0]),
         wave_database=_file(spec, name, "wave_database"),
+        shelter_database=_file(spec, name, "shelter_database"),
         hull_mesh=_hull_mesh(spec, name),
         wind=values.get("wind"),
         drift=_drift(name, values["drift"]) if "drift" in values else None,
