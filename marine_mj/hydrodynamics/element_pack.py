@@ -75,9 +75,7 @@ def _path(
     return [x, y, body.equilibrium_height, yaw, offset]
 
 
-def by_heading(
-    table: TableBuilder, database: str, waves: WaveField, response: str
-) -> list[float]:
+def by_heading(table: TableBuilder, database: str, waves: WaveField, response: str) -> list[float]:
     """Number of headings and offset of a response (HEADINGS, entries, 2, N), see `responses`."""
     blocks = []
     for heading in range(HEADINGS):

@@ -166,7 +166,9 @@ def sheltered_water() -> Iterator[Row]:
             ]
             size.append(np.hypot(*parts))
         for dof, name in ((0, "surge"), (2, "heave")):
-            label = f"Water at the Scout, 1 m below the USV, {name} at {period:g} s over undisturbed"
+            label = (
+                f"Water at the Scout, 1 m below the USV, {name} at {period:g} s over undisturbed"
+            )
             expected = BENEATH[dof][i] / ALONE[dof][i]
             source = f"{SOURCE}: free cylinder beneath the USV over alone"
             yield row(label, size[0][dof] / size[1][dof], expected, "1", source, percent=3)

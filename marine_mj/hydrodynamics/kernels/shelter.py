@@ -117,9 +117,7 @@ def shelter(data, table, q, first, step, count, time, points):
         if i < 0 or k < 0 or m < 0:
             continue
         if not summed:
-            _strengths(
-                table, q, origin[0], origin[1], math.atan2(R[3], R[0]), time, value, rate
-            )
+            _strengths(table, q, origin[0], origin[1], math.atan2(R[3], R[0]), time, value, rate)
             summed = True
         for c in range(6):
             own[c] = 0.0
