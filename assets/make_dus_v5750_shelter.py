@@ -1,8 +1,8 @@
 """Shelter database of the DUS V5750 box by Capytaine: `python assets/make_dus_v5750_shelter.py`.
 
 Writes `assets/dus_v5750_shelter.nc`: the water motion that the floating box adds to the waves at a
-grid around and below it (`marine_mj.hydrodynamics.bem.shelter`), with the panels and the motion RAOs
-of `dus_v5750_box.nc`. Needs the extra `bem`; takes a few minutes.
+grid around and below it (`marine_mj.hydrodynamics.bem.shelter`), with the panels and motion RAOs of
+`dus_v5750_box.nc`. Needs the extra `bem`; takes a few minutes.
 """
 
 from importlib.metadata import version

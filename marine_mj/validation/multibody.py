@@ -20,8 +20,10 @@ from marine_mj.validation.rows import Row, row
 
 RHO, G = 1025.0, 9.81
 SOURCE = "docking study, appendix A"
+#: A body, its rigid-body inertia and its stiffness (6, 6).
+Free = tuple[Part, Array, Array]
 #: As the study made its tables: 10 cm panels with sources. Potentials on 12.5 cm panels give 0.360
-#: for surge at 2 s beneath the USV (3.3 % off, alone 2.2 %: the cylinder's panels) and else the same.
+#: for surge at 2 s beneath the USV: 3.3 % off, 2.2 % of it already alone (the cylinder's panels).
 PANEL, METHOD = 0.1, "indirect"
 PERIODS = np.array([6.7, 4.6, 3.0, 2.5, 2.0])
 #: Free surge and heave of the cylinder at 1 m, alone and beneath the USV.
@@ -41,14 +43,18 @@ def box_panels(panel: float) -> Panels:
     ).mirrored(1)
 
 
-def free_motions(
-    parts: list[Part], rigid: list[Array], stiffness: list[Array], omega: Array
-) -> NDArray[np.complex128]:
+def free_motions(bodies: list[Free], omega: Array) -> NDArray[np.complex128]:
     """Motion RAOs (n, 6 p) of bodies free in waves along x, with no damping but radiation."""
     result = solve_bodies(
-        parts, omega=omega, directions=np.zeros(1), density=RHO, gravity=G, method=METHOD
+        [part for part, _, _ in bodies],
+        omega=omega,
+        directions=np.zeros(1),
+        density=RHO,
+        gravity=G,
+        method=METHOD,
     )
-    M, C = (_block(matrices) for matrices in (rigid, stiffness))
+    M = _block([rigid for _, rigid, _ in bodies])
+    C = _block([stiffness for _, _, stiffness in bodies])
     force = result.froude_krylov + result.diffraction
     return motion_raos(omega, M + result.added_mass, result.damping, C, force)[:, 0]
 
@@ -61,7 +67,7 @@ def _block(matrices: list[Array]) -> Array:
     return out
 
 
-def usv_part(panel: float) -> tuple[Part, Array, Array]:
+def usv_part(panel: float) -> Free:
     """The study's USV box, its rigid-body inertia and its hydrostatic stiffness (6, 6)."""
     hull = box_panels(panel)
     still = hydrostatics(*hull.triangles())
@@ -70,7 +76,7 @@ def usv_part(panel: float) -> tuple[Part, Array, Array]:
     return Part(hull, np.zeros(3), lid(hull, panel)), rigid, C
 
 
-def cylinder_part(depth: float) -> tuple[Part, Array, Array]:
+def cylinder_part(depth: float) -> Free:
     """The study's cylinder, its rigid-body inertia and its righting stiffness (6, 6)."""
     part = Part(lying_cylinder(depth), np.array([0, 0, -depth]))
     return part, lying_cylinder_inertia(RHO), np.diag([0, 0, 0, 6.13, 6.13, 0.0])
@@ -80,11 +86,11 @@ def two_bodies() -> Iterator[Row]:
     """The docking study's cylinder free beneath the free USV box at 1 and 2 m (V37)."""
     omega = 2 * np.pi / PERIODS
     usv = usv_part(PANEL)
-    own = free_motions(*([x] for x in usv), omega)
+    own = free_motions([usv], omega)
     for depth in (1.0, 2.0):
         cylinder = cylinder_part(depth)
-        alone = np.abs(free_motions(*([x] for x in cylinder), omega))
-        both = free_motions(*map(list, zip(usv, cylinder, strict=True)), omega)
+        alone = np.abs(free_motions([cylinder], omega))
+        both = free_motions([usv, cylinder], omega)
         for dof, name in NAMES.items():
             change = np.abs(both[:, dof] - own[:, dof]).max() / np.abs(own[:, dof]).max()
             label = f"USV box above the cylinder at {depth:g} m, change of its {name} phasor"

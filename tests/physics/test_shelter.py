@@ -8,7 +8,6 @@ import pytest
 import xarray as xr
 from scipy.interpolate import RegularGridInterpolator
 
-from marine_mj import wrenches
 from marine_mj.environment import Environment, WaveField, calm
 from marine_mj.errors import ModelError, ScenarioError
 from marine_mj.frames import rotation_from_quaternion
@@ -181,7 +180,7 @@ def test_no_water_flows_through_the_moving_bottom():
     Z, roll, pitch = (X[:, 0, i, None] for i in (2, 3, 4))
     hull = -1j * omega[:, None] * (Z + roll * points[:, 1] - pitch * points[:, 0])
     wrong = np.abs(velocity + water - hull).max(axis=1) / np.abs(hull).max(axis=1)
-    assert wrong.max() < 0.02, wrong
+    assert wrong.max() < 1e-3, wrong  # measured 3e-5 at 4.6 s, 1.4e-4 at 2 s
     with pytest.raises(ModelError, match=r"has no sources: solve with method='indirect' and"):
         disturbance(replace(solution, details={}), X, points)
 

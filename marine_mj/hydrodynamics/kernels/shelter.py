@@ -57,7 +57,7 @@ def _strengths(table, q, x, y, yaw, time, value, rate):
 
 @njit
 def _cell(places, count, at, share):
-    """Lower node of the interval that holds `at`; share (1) of the upper one. -1 outside, or NaN."""
+    """Lower node of the interval around `at`, share (1) of the upper one; -1 outside or NaN."""
     if not (at >= places[0] and at <= places[count - 1]):
         return -1
     lower = 0
