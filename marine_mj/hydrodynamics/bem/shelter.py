@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 #: Modes are added until they leave out less than this share of the field (rms), most of it at the
-#: edges of the hull. Below the USV box, from 0.5 m depth on, it is 0.005 of the surface speed at 3 s,
+#: edges of the hull. Below the USV box, from 0.5 m depth on, 0.005 of the surface speed at 3 s,
 #: 0.011 at 2 s and 0.035 at 1.5 s.
 RESIDUE = 0.08
 #: Weight of a frequency in it: amplitudes of a wind sea fall like omega^-2.5 (spectrum omega^-5).
