@@ -168,6 +168,8 @@ class Vehicle(Settings):
         hydrostatics: "linear": restoring matrix or displaced volume; "panels": water pressure on
             the wetted panels of the model's hull mesh; left out: "panels" where the model has
             nothing but a mesh.
+        sheltered_by: vehicle whose floating hull changes the water motion that this one feels below
+            it; left out: the waves are undisturbed.
         scale: factors on the vehicle's `mass` (with its inertia), displacement and coefficients by
             name without the frame, e.g. {added_mass = 1.1, strip_drag = 0.9}: the uncertainty of a
             model. Controllers know the vehicle without them.
@@ -191,6 +193,7 @@ class Vehicle(Settings):
     thrust_loss: bool = False
     drift: Literal["none", "mean", "slow"] | None = None
     hydrostatics: Literal["linear", "panels"] | None = None
+    sheltered_by: str | None = None
     scale: dict[str, Positive] = Field(default_factory=dict)
 
 
@@ -259,6 +262,13 @@ class Scenario(SettingsFile):
             if not instance.isidentifier():
                 raise ValueError(
                     f"vehicle name {instance!r} is not allowed: letters, digits and _ only"
+                )
+        for instance, vehicle in self.vehicles.items():
+            others = [name for name in self.vehicles if name != instance]
+            if vehicle.sheltered_by is not None and vehicle.sheltered_by not in others:
+                raise ValueError(
+                    f"vehicles.{instance}.sheltered_by is {vehicle.sheltered_by!r}; allowed is "
+                    f"another vehicle of the scenario: {', '.join(others) or 'there is none'}"
                 )
         return self
 

@@ -168,6 +168,7 @@ def body_settings(scenario: Scenario, spec: mujoco.MjSpec) -> dict[str, dict[str
             "thrust_loss": vehicle.thrust_loss,
             "drift": vehicle.drift,
             "hydrostatics": vehicle.hydrostatics,
+            "sheltered_by": vehicle.sheltered_by and main_body(spec, vehicle.sheltered_by).name,
         }
         for name, vehicle in bodies.items()
         if name in wet
@@ -199,7 +200,7 @@ def _load(name: str) -> mujoco.MjSpec:
         if texture.file:
             texture.file = str(_asset(path, spec.texturedir, texture.file))
     for text in spec.texts:
-        if text.name.endswith((".wave_database", ".hull_mesh")):
+        if text.name.endswith((".wave_database", ".shelter_database", ".hull_mesh")):
             # A name that is not a file of the vehicle is one of the package's assets.
             own = _asset(path, spec.meshdir or "assets", text.data)
             text.data = str(own) if own.is_file() else text.data

@@ -38,6 +38,8 @@ class BodySettings:
             water and incident waves on the wetted panels of the hull mesh, instead of both and of
             the Froude-Krylov part of force RAOs); None: "panels" for a body that has a hull mesh
             and neither restoring nor volume, else "linear".
+        sheltered_by: name of a floating body with a shelter database, whose hull changes the water
+            motion that this body feels (`hydrodynamics.shelter`); None: undisturbed waves.
     """
 
     motion: Motion | None = None
@@ -49,6 +51,7 @@ class BodySettings:
     drift: Drift | None = None
     radiation: Radiation | None = None
     hydrostatics: Hydrostatics | None = None
+    sheltered_by: str | None = None
 
     def __post_init__(self) -> None:
         """Check the choices."""

@@ -44,7 +44,7 @@ QUANTITIES = sorted(
 #: Quantities `BODY.QUANTITY.ACTUATOR`.
 OF_ACTUATORS = ("tank.", "thrust_loss.")
 #: Texts `BODY.QUANTITY` that name a file.
-TEXTS = ("wave_database", "hull_mesh")
+TEXTS = ("wave_database", "shelter_database", "hull_mesh")
 ZERO = np.zeros((6, 6))
 ZERO.flags.writeable = False
 
@@ -100,6 +100,7 @@ class BodyCoefficients:
     restoring: Array | None = None
     equilibrium_height: float = 0.0
     wave_database: str | None = None
+    shelter_database: str | None = None
     hull_mesh: str | None = None
     wind: Array | None = None
     drift: Array | None = None  # (n, 4): omega, reflecting breadth, length [m] and couple [m2]
@@ -379,6 +380,7 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
         strips=strips,
         equilibrium_height=float(values.get("equilibrium_height", [0.0])[0]),
         wave_database=_file(spec, name, "wave_database"),
+        shelter_database=_file(spec, name, "shelter_database"),
         hull_mesh=_hull_mesh(spec, name),
         wind=values.get("wind"),
         drift=_drift(name, values["drift"]) if "drift" in values else None,

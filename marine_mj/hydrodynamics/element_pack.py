@@ -17,7 +17,7 @@ from marine_mj.hydrodynamics.panels import panel_parameters, uses_panels
 from marine_mj.hydrodynamics.raos import responses
 from marine_mj.hydrodynamics.table_builder import TableBuilder
 
-#: Headings for which the exciting forces of a floating body are tabulated.
+#: Headings for which responses of a floating body are tabulated.
 HEADINGS = 24
 #: Headings for which wave drift is tabulated: forces like c|c| bend sharply in beam and head seas.
 DRIFT_HEADINGS = 48
@@ -80,15 +80,13 @@ def _path(
     return [x, y, body.equilibrium_height, yaw, offset]
 
 
-def _exciting_forces(
-    table: TableBuilder, body: BodyCoefficients, waves: WaveField, response: str
-) -> list[float]:
-    """Number of headings and offset of the exciting forces (HEADINGS, 6, 2, N)."""
+def by_heading(table: TableBuilder, database: str, waves: WaveField, response: str) -> list[float]:
+    """Number of headings and offset of a response (HEADINGS, entries, 2, N), see `responses`."""
     blocks = []
     for heading in range(HEADINGS):
         yaw = 2 * np.pi * heading / HEADINGS
-        force = responses(str(body.wave_database), response, waves, yaw)
-        blocks.append(np.stack([force.real, force.imag], axis=1))
+        each = responses(database, response, waves, yaw)
+        blocks.append(np.stack([each.real, each.imag], axis=1))
     return [HEADINGS, table.add(np.stack(blocks))]
 
 
@@ -192,7 +190,7 @@ def pack_elements(
         path = _path(model, table, body, index, waves, motion)
         # the panels have the pressure of the undisturbed wave already
         response = "diffraction" if panels and settings.froude_krylov else "force"
-        force = _exciting_forces(table, body, waves, response)
+        force = by_heading(table, str(body.wave_database), waves, response)
         found.append((t_.EXCITATION, np.array([*path, *force])))
     elif motion in ("rao", "fixed"):
         path = _path(model, table, body, index, waves, motion)

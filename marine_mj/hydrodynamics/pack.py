@@ -16,6 +16,7 @@ from marine_mj.hydrodynamics.element_pack import free_root, pack_elements, start
 from marine_mj.hydrodynamics.inertia import subtree_inertia
 from marine_mj.hydrodynamics.panels import restoring_of, uses_panels
 from marine_mj.hydrodynamics.raos import radiation
+from marine_mj.hydrodynamics.shelter import shelter_block
 from marine_mj.hydrodynamics.table_builder import TableBuilder
 
 
@@ -119,10 +120,11 @@ def _record(
     environment: Environment,
     settings: BodySettings,
     afloat: set[int],
+    bodies: Sequence[BodyCoefficients],
 ) -> Array:
     """Record of one body; what it points at goes into the table first.
 
-    `afloat`: bodies with a buoyancy of their own, which their carrier does not bear.
+    `afloat`: bodies with a buoyancy of their own, which their carrier does not bear. `bodies`: all.
     """
     index = model.body(body.name).id
     last, count = _chain(model, index, body.name)
@@ -138,6 +140,10 @@ def _record(
     p[t_.B_FROUDE_KRYLOV] = settings.froude_krylov
     p[t_.B_CONVECTIVE] = settings.convective
     p[t_.B_SEAKEEPING] = motion == "dynamic"
+    if settings.sheltered_by is not None:
+        p[t_.B_SHELTER] = shelter_block(
+            model, table, body.name, settings.sheltered_by, motion, bodies, environment.waves
+        )
     quadratic = body.quadratic_damping
     half_height = body.submergence_height
     if body.strips is not None and settings.strips:
@@ -218,7 +224,11 @@ def pack_table(
         if body.displaced_volume or body.buoyancy or body.restoring is not None
     }
     records = [
-        _record(model, table, body, environment, settings.get(body.name, BodySettings()), afloat)
+        _record(
+            *(model, table, body, environment),
+            settings.get(body.name, BodySettings()),
+            *(afloat, bodies),
+        )
         for body in bodies
     ]
     fixed[t_.H_BODIES], fixed[t_.H_FIRST_BODY] = len(records), table.length

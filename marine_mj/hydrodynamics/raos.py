@@ -12,11 +12,12 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.library import assets_folder, find_asset
 
-#: Database variable of each response, with its dof dimension.
+#: Database variable of each response, with the dimension of its entries.
 RESPONSES = {
     "force": ("excitation_force", "influenced_dof"),
     "diffraction": ("diffraction_force", "influenced_dof"),
     "motion": ("RAO", "radiating_dof"),
+    "shelter": ("shelter_strength", "mode"),
 }
 DOFS = ["Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw"]
 
@@ -57,7 +58,7 @@ def _variables(path: Path, wanted: Mapping[str, tuple[str, ...]]) -> list[Array]
 
 @lru_cache(maxsize=16)
 def read_responses(path: Path, response: str) -> tuple[Array, Array, NDArray[np.complex128]]:
-    """omega (n,), wave direction (m,) and complex response (n, m, 6), per metre of amplitude."""
+    """omega (n,), wave direction (m,) and complex response (n, m, entries) per metre amplitude."""
     variable, dof = RESPONSES[response]
     axes = ("complex", "omega", "wave_direction", dof)
     omega, direction, table = _variables(path, {variable: axes})
@@ -152,13 +153,15 @@ def radiation(
 def responses(name: str, response: str, waves: WaveField, yaw: float) -> NDArray[np.complex128]:
     """Complex response (6, N) of a body to each wave component, at its origin, heading frame.
 
+    Strengths of the modes of a shelter database are (modes, N).
+
     `x_j(t) = Re sum_m X[j, m] exp(i theta_m(t))`, with `theta_m = k.x - omega t + phase` the
     phase of component m at the body origin (the amplitude is in X, the phase is not).
 
     Args:
         name: wave database, see `database_path`.
         response: "force" (wave excitation) or "diffraction" (its part beside the pressure of
-            the undisturbed wave) [N, N m], or "motion" [m, rad].
+            the undisturbed wave) [N, N m], "motion" [m, rad], or "shelter" [m/s].
         waves: wave field.
         yaw: heading of the body, rad, NWU.
 
@@ -179,9 +182,9 @@ def responses(name: str, response: str, waves: WaveField, yaw: float) -> NDArray
     fraction = np.clip(
         (waves.omega - omega[right - 1]) / (omega[right] - omega[right - 1]), 0.0, 1.0
     )
-    result = np.zeros((6, len(waves.omega)), dtype=complex)
+    result = np.zeros((table.shape[-1], len(waves.omega)), dtype=complex)
     for step, along in ((-1, 1 - fraction), (0, fraction)):
         for side, across in ((-1, 1 - share), (0, share)):
-            values = table[right + step, columns[upper + side]]  # (N, 6)
+            values = table[right + step, columns[upper + side]]  # (N, entries)
             result += (along * across * values.T) * waves.amplitude
     return np.where(waves.omega > omega[-1] * (1 + 1e-9), 0.0, result)

@@ -8,7 +8,7 @@ between simulations. All entries are float64; offsets count from the start of th
 #: Name of the numeric that holds the table.
 NAME = "marine_mj_table"
 MAGIC = 20261122.0
-VERSION = 1.0
+VERSION = 2.0
 
 # header
 H_MAGIC, H_VERSION, H_LENGTH, H_BODIES, H_FIRST_BODY = range(5)
@@ -57,7 +57,16 @@ B_STRIPS, B_STRIP_X, B_STRIP_DX, B_STRIP_DRAG, B_STRIP_WEIGHT = 13, 14, 15, 16, 
 B_STRIP_MEAN, B_STRIP_SPREAD = 19, 20  # sum w x and sum w (x - mean)^2
 B_ELEMENTS, B_ELEMENT_DATA = 21, 22
 B_ADDED_MASS, B_LINEAR, B_QUADRATIC = 24, 60, 96
-B_FIXED_SIZE = 132
+#: Offset of the shelter block of a body near another hull; 0: the water is that of the waves alone.
+B_SHELTER = 132
+B_FIXED_SIZE = 133
+
+# shelter block: body of the hull that shelters, numbers of modes, headings and nodes along x, y, z,
+# where the nodes' places stand, one axis behind the other, the strengths of the modes in m/s
+# (headings, modes, 2, components), and the modes (x, y, z, axis, mode)
+(SH_HULL, SH_MODES, SH_HEADINGS, SH_NODES) = range(4)
+(SH_PLACES, SH_STRENGTHS, SH_FIELD, SH_SIZE) = range(6, 10)
+MAX_SHELTER_MODES = 32
 
 # elements: force laws that only some bodies have. Each starts with its kind and its length.
 RESTORING, EXCITATION, PRESCRIBED, WIND, TANK, MEMORY = 1.0, 2.0, 3.0, 4.0, 5.0, 6.0

@@ -219,26 +219,39 @@ def excitation() -> Iterator[Row]:
         yield row(name, wrong, 0.0, "1", "Haskind", within=0.02)
 
 
-def scout_cylinder() -> Iterator[Row]:
-    """The docking study's bare cylinder (1.9 x 0.2 m) free at 1 m depth, waves along its axis."""
-    radius, length, depth = 0.1, 1.9, 1.0
-    upright = cylinder_panels(radius, length, 5, 24, 3).corners
+#: The docking study's bare cylinder: radius and length, m.
+RADIUS, LENGTH = 0.1, 1.9
+
+
+def lying_cylinder(depth: float) -> Panels:
+    """The docking study's bare cylinder along x [m], its half with y > 0 and the mirror."""
+    upright = cylinder_panels(RADIUS, LENGTH, 5, 24, 3).corners
     # z -> x keeps the handedness: x to y, y to z; the mirrors become y and z, so written out.
     whole = Panels(upright, (1, 0)).whole()[:, :, [2, 0, 1]] - np.array([0, 0, depth])
-    half = Panels(whole[(whole[:, :, 1] >= -1e-12).all(axis=1)], (1,))
+    return Panels(whole[(whole[:, :, 1] >= -1e-12).all(axis=1)], (1,))
+
+
+def lying_cylinder_inertia(density: float) -> Array:
+    """Rigid-body inertia (6, 6) of that cylinder, uniform and neutrally buoyant."""
+    mass = density * np.pi * RADIUS**2 * LENGTH
+    inertia = mass * (3 * RADIUS**2 + LENGTH**2) / 12
+    return np.diag([mass, mass, mass, 0.5 * mass * RADIUS**2, inertia, inertia])
+
+
+def scout_cylinder() -> Iterator[Row]:
+    """The docking study's bare cylinder (1.9 x 0.2 m) free at 1 m depth, waves along its axis."""
+    depth = 1.0
     periods = np.array([6.7, 4.6, 3.0, 2.5, 2.0])
     omega = 2 * np.pi / periods  # ascending, as the solution
     result = solve(
-        half,
+        lying_cylinder(depth),
         omega=omega,
         directions=np.zeros(1),
         density=RHO,
         gravity=G,
         origin=np.array([0, 0, -depth]),
     )
-    mass = RHO * np.pi * radius**2 * length
-    inertia = mass * (3 * radius**2 + length**2) / 12
-    rigid = np.diag([mass, mass, mass, 0.5 * mass * radius**2, inertia, inertia])
+    rigid = lying_cylinder_inertia(RHO)
     C = np.diag([0, 0, 0, 6.13, 6.13, 0])
     force = result.froude_krylov + result.diffraction
     motions = np.abs(motion_raos(omega, rigid + result.added_mass, result.damping, C, force))

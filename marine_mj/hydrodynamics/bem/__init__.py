@@ -9,7 +9,7 @@ from marine_mj.hydrodynamics.bem.database import save_database, wave_database
 from marine_mj.hydrodynamics.bem.find import find_hull
 from marine_mj.hydrodynamics.bem.rao import motion_raos, natural_periods, rao
 from marine_mj.hydrodynamics.bem.settings import Settings
-from marine_mj.hydrodynamics.bem.solver import Solution, solve
+from marine_mj.hydrodynamics.bem.solver import Part, Solution, solve, solve_bodies
 from marine_mj.hydrodynamics.bem.study import Hull, analyse, read_hull
 from marine_mj.hydrodynamics.hydrostatics import Hydrostatics, hydrostatics
 from marine_mj.hydrodynamics.mesh import read_mesh
@@ -18,6 +18,7 @@ __all__ = [
     "Convergence",
     "Hull",
     "Hydrostatics",
+    "Part",
     "Settings",
     "Solution",
     "analyse",
@@ -32,5 +33,6 @@ __all__ = [
     "richardson",
     "save_database",
     "solve",
+    "solve_bodies",
     "wave_database",
 ]

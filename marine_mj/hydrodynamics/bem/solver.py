@@ -1,8 +1,8 @@
-"""Radiation and diffraction of one body by Capytaine (extra `bem`)."""
+"""Radiation and diffraction of one or several bodies by Capytaine (extra `bem`)."""
 
 import contextlib
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
@@ -24,8 +24,25 @@ PER_WAVELENGTH = 8
 
 
 @dataclass(frozen=True)
+class Part:
+    """One of several bodies in the same water.
+
+    Attributes:
+        hull: wetted panels where the body is, z = 0 is the still water surface.
+        origin: (3,) centre of its rotations, m.
+        lid: panels in its waterplane against irregular frequencies.
+    """
+
+    hull: Panels
+    origin: Array
+    lid: Panels | None = None
+
+
+@dataclass(frozen=True)
 class Solution:
     """Linear hydrodynamic coefficients of a body, Capytaine's conventions, about its origin.
+
+    Of p bodies (`solve_bodies`) the last axes have 6 p entries, body by body, instead of 6.
 
     Attributes:
         omega: (n,) rad/s, ascending; empty in an unbounded fluid.
@@ -84,6 +101,17 @@ def floating_body(hull: Panels, lid: Panels | None, origin: Array) -> Any:
     )
 
 
+def _joined(bodies: Sequence[Part]) -> tuple[Any, list[str]]:
+    """Capytaine's body of all parts, and the names of its degrees of freedom, part by part."""
+    made = [floating_body(part.hull, part.lid, np.asarray(part.origin)) for part in bodies]
+    if len(made) == 1:
+        return made[0], DOFS
+    for number, body in enumerate(made):
+        body.name = f"body_{number}"
+    cpt = capytaine()
+    return cpt.Multibody(made), [f"{body.name}__{dof}" for body in made for dof in DOFS]
+
+
 def _mesh(panels: Panels) -> Any:
     """Capytaine's mesh, symmetric where the panels are."""
     cpt = capytaine()
@@ -138,28 +166,49 @@ def solve(
     hull: Panels,
     lid: Panels | None = None,
     *,
-    omega: Array,
-    directions: Array,
-    density: float,
-    gravity: float = 9.81,
-    depth: float = np.inf,
     origin: Array | None = None,
-    unbounded: bool = False,
-    method: str = "direct",
-    keep: bool = False,
-    progress: Callable[[int, int], None] | None = None,
+    **options: Any,
 ) -> Solution:
     """Added mass, damping and wave loads of a body by the boundary element method.
 
     Args:
         hull: wetted panels, z = 0 is the still water surface.
         lid: panels in the waterplane against irregular frequencies.
+        origin: (3,) centre of the rotations, m; default (0, 0, 0).
+        **options: see `solve_bodies`.
+
+    Raises:
+        ModelError: see `solve_bodies`.
+    """
+    return solve_bodies([Part(hull, np.zeros(3) if origin is None else origin, lid)], **options)
+
+
+def solve_bodies(
+    bodies: Sequence[Part],
+    *,
+    omega: Array,
+    directions: Array,
+    density: float,
+    gravity: float = 9.81,
+    depth: float = np.inf,
+    unbounded: bool = False,
+    method: str = "direct",
+    keep: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> Solution:
+    """Coupled added mass, damping and wave loads of bodies by the boundary element method.
+
+    Every body moves on its own in the waves that all of them scatter and radiate; with p bodies
+    the matrices are (6 p, 6 p), loads 6 p. Bodies whose panels have the same mirrors are solved as
+    halves (or quarters).
+
+    Args:
+        bodies: one or more.
         omega: (n,) rad/s; not used in an unbounded fluid.
         directions: (m,) rad.
         density: kg/m3.
         gravity: m/s2.
         depth: of the water, m.
-        origin: (3,) centre of the rotations, m; default (0, 0, 0).
         unbounded: no water surface and no bottom: only the added mass.
         method: "direct" (potentials; ten times as accurate on smooth hulls) or "indirect"
             (sources), the boundary integral equation.
@@ -167,14 +216,18 @@ def solve(
         progress: called with (solved, all) frequencies.
 
     Raises:
-        ModelError: Capytaine is missing, the method is unknown, or see `check_panels`.
+        ModelError: there is no body, Capytaine is missing, the method is unknown, or see
+            `check_panels`.
     """
+    if not bodies:
+        raise ModelError("bodies is empty; allowed are one or more")
     cpt = capytaine()
     if method not in METHODS:
         raise ModelError(f"method {method!r} does not exist, there are {', '.join(METHODS)}")
     omega = np.sort(np.asarray(omega, dtype=float)) if not unbounded else np.zeros(0)
-    check_panels(hull, omega, gravity)
-    body = floating_body(hull, lid, np.zeros(3) if origin is None else np.asarray(origin))
+    for part in bodies:
+        check_panels(part.hull, omega, gravity)
+    body, dofs = _joined(bodies)
     solver = cpt.BEMSolver(method=method)
     common = {"body": body, "rho": density, "g": gravity, "water_depth": depth}
     surface = {"free_surface": np.inf} if unbounded else {"free_surface": 0.0}
@@ -187,14 +240,14 @@ def solve(
     loads: dict[str, list] = {"froude_krylov": [], "diffraction": []}
 
     def radiation(w: float) -> tuple[Array, Array]:
-        """Added mass and damping (6, 6), rows are forces."""
-        a, b = np.zeros((6, 6)), np.zeros((6, 6))
+        """Added mass and damping (6 p, 6 p), rows are forces."""
+        a, b = np.zeros((len(dofs), len(dofs))), np.zeros((len(dofs), len(dofs)))
         frequency = {"omega": w} if not unbounded else {"omega": 1.0}
-        for j, dof in enumerate(DOFS):
+        for j, dof in enumerate(dofs):
             problem = cpt.RadiationProblem(radiating_dof=dof, **frequency, **common, **surface)
             result = solver.solve(problem, keep_details=keep, _check_wavelength=False)
-            a[:, j] = [result.added_masses[i] for i in DOFS]
-            b[:, j] = [result.radiation_dampings[i] for i in DOFS]
+            a[:, j] = [result.added_masses[i] for i in dofs]
+            b[:, j] = [result.radiation_dampings[i] for i in dofs]
             if keep:
                 details[w, dof] = result
         return a, b
@@ -214,8 +267,8 @@ def solve(
                 problem = cpt.DiffractionProblem(omega=w, wave_direction=beta, **common)
                 result = solver.solve(problem, keep_details=keep, _check_wavelength=False)
                 incident = cpt.bem.airy_waves.froude_krylov_force(problem)
-                rows["froude_krylov"].append([incident[i] for i in DOFS])
-                rows["diffraction"].append([result.forces[i] for i in DOFS])
+                rows["froude_krylov"].append([incident[i] for i in dofs])
+                rows["diffraction"].append([result.forces[i] for i in dofs])
                 if keep:
                     details[w, beta] = result
             for name in loads:
@@ -225,12 +278,12 @@ def solve(
 
     added = np.array([*A, *limit.values()])
     asymmetry = float(np.abs(added - np.swapaxes(added, -1, -2)).max() / np.abs(added).max())
-    shape = (len(omega), len(directions), 6)
+    shape = (len(omega), len(directions), len(dofs))
     return Solution(
         omega,
         np.asarray(directions, dtype=float),
-        _symmetric(np.array(A).reshape(-1, 6, 6)),
-        _symmetric(np.array(B).reshape(-1, 6, 6)),
+        _symmetric(np.array(A).reshape(-1, len(dofs), len(dofs))),
+        _symmetric(np.array(B).reshape(-1, len(dofs), len(dofs))),
         _symmetric(limit[np.inf]),
         _symmetric(limit[0.0]) if 0.0 in limit else None,
         np.array(loads["froude_krylov"], dtype=complex).reshape(shape),

@@ -13,6 +13,7 @@ from marine_mj.hydrodynamics.kernels.equations import (
     turn_rate,
 )
 from marine_mj.hydrodynamics.kernels.memory import advance, field, floats, scratch
+from marine_mj.hydrodynamics.kernels.shelter import shelter
 from marine_mj.hydrodynamics.kernels.water import (
     POINT,
     elevation,
@@ -29,7 +30,7 @@ _STRIP_VALUES = POINT * t_.MAX_STRIPS
 
 
 @njit
-def _water_at_body(table, p, R, x, time, points, wet, nu_w, acc_w):
+def _water_at_body(data, table, p, R, x, time, points, wet, nu_w, acc_w):
     """Water twist nu_w (6) and acceleration acc_w (6) the body feels; wet part of every point.
 
     A body with strips gets the rigid motion that fits the water motion along its length best
@@ -52,6 +53,9 @@ def _water_at_body(table, p, R, x, time, points, wet, nu_w, acc_w):
             step[i] = 0.0
     orbital, convective = p[t_.B_SEAKEEPING] == 0.0, p[t_.B_CONVECTIVE] > 0.0
     water_row(table, first, step, count, time, orbital, convective, points)
+    if p[t_.B_SHELTER] > 0.0:
+        q = advance(table, int(p[t_.B_SHELTER]))
+        shelter(data, table, q, first, step, count, time, points)
 
     # world to body axes, in place
     for j in range(count):
@@ -228,7 +232,7 @@ def body_loads(model, data, table, p, time, R, nu, f, inertia):
     load_axes(data, p, R)
     body_twist(data, p, R, nu)
     turn_rate(data, p, R, nu, spin)
-    mean_wet = _water_at_body(table, p, R, x, time, points, wet, nu_w, acc_w)
+    mean_wet = _water_at_body(data, table, p, R, x, time, points, wet, nu_w, acc_w)
     for i in range(6):
         nu_r[i] = nu[i] - nu_w[i]
         flow[i] = nu_r[i]
