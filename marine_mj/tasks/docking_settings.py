@@ -93,6 +93,7 @@ class PlanSettings(Settings):
     patience: Positive = 15.0
     retreat: NotNegative = 0.0
     corridor: tuple[Positive, Positive] | None = None
+    aperture: tuple[Positive, Positive] = (0.5, 0.4)
     push: NotNegative = 20.0
     lift: NotNegative = 0.0
     contact_scale: tuple[float, float, float, float, float, float] = (1.0,) * 6
