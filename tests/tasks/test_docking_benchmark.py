@@ -21,8 +21,9 @@ NAVIGATION = {"sea.sea_state": 7, "task.settings.navigation.kind": "thesis"}
 
 
 def test_only_the_controller_differs_from_the_study():
-    settings = {"controller": "pose_pid", "gains": "brute_force", "end_at_capture": True}
     study = Scenario.load("docking_thesis")
+    settings = study.task.settings
+    assert settings["controller"] == "pose_pid"
     same = {"name": study.name, "description": study.description, "duration": 120.0}
     back = BENCHMARK.with_values({**same, "sea.sea_state": 4, "task.settings": settings})
     assert back == study
