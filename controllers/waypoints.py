@@ -20,6 +20,9 @@ CORRIDOR_SLOPE = np.tan(np.deg2rad(20.0))
 _ACROSS = {2: [0, 1], 0: [1, 2]}
 # Memory of the mean square of the dock's angular velocity, s: one and a half short waves.
 _MEMORY = 4.0
+# An entry is given up below the aperture when the dock turns this much faster than it may at the
+# start: without it the decision would chatter.
+_HYSTERESIS = 1.3
 
 
 class Phase(IntEnum):
@@ -48,6 +51,8 @@ class DockingPlan:
         wait_depth: waypoint 3 below the aperture, m.
         overshoot: goal beyond the aperture plane, m.
         acceptance: distance at which a waypoint counts as reached, m.
+        passing: ours: the same for waypoints 1 and 2, which a vehicle only passes, m; None: the
+            same distance.
         wait_speed: enter only below this relative speed, abort above it, m/s (inf: never wait).
         wait_time: ours: the relative speed must stay below `wait_speed` for this long, s.
         quiet_rate: ours: enter only while the dock has lately turned more slowly than this (r.m.s.
@@ -75,6 +80,7 @@ class DockingPlan:
     wait_depth: float = 1.0
     overshoot: float = 0.05
     acceptance: float = 0.3
+    passing: float | None = None
     wait_speed: float = np.inf
     wait_time: float = 0.0
     quiet_rate: float = np.inf
@@ -206,6 +212,7 @@ class DockingGuidance:
         waited = np.where(waiting, state.waited + period, held)
         allowed = plan.quiet_rate * (1.0 + np.floor(waited / plan.patience))
         quiet = turning < allowed**2
+        rough = turning > (_HYSTERESIS * allowed) ** 2
         targets = self._targets(state, quiet, carrier, aperture, seat)
         distance = np.stack(
             [np.linalg.norm(t.position - vehicle.position, axis=-1) for t in targets], axis=-1
@@ -214,7 +221,8 @@ class DockingGuidance:
 
         phase = state.phase
         reached = np.take_along_axis(distance, np.minimum(phase, 3)[..., None], -1)[..., 0]
-        reached = reached < plan.acceptance
+        passing = plan.acceptance if plan.passing is None else plan.passing
+        reached = reached < np.where(phase < Phase.WAIT, passing, plan.acceptance)
         advance = reached & (phase < Phase.WAIT)
         # Above the aperture plane the forks guide: no abort there.
         open_ = np.asarray(plan.corridor) + CORRIDOR_SLOPE * np.maximum(-height, 0.0)[..., None]
@@ -222,7 +230,7 @@ class DockingGuidance:
         ready = reached & waiting & quiet & (speed < plan.wait_speed) & ~outside
         calm = np.where(ready, state.calm + period, 0.0)
         advance |= ready & (calm > plan.wait_time)
-        abort = (phase == Phase.ENTER) & ((speed > plan.wait_speed) | outside)
+        abort = (phase == Phase.ENTER) & ((speed > plan.wait_speed) | outside | rough)
         # The entry counts once waypoint 2 has been reached (digest 6.5).
         within = np.all(np.abs(across) <= np.asarray(plan.aperture), axis=-1)
         armed = (phase == Phase.WAIT) | (phase == Phase.ENTER)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from marine_mj import frames, hydrodynamics
+from marine_mj.contact_success import contact_success
 from marine_mj.controllers import (
     Allocator,
     DockingPilot,
@@ -361,7 +362,7 @@ class DockingMission(Mission):
         values = dict(zip(CAPTURE, state.capture.tolist(), strict=True))
         capture = None if np.isnan(values["time"]) else values
         height, period = significant_height(scenario.sea)
-        return {
+        row = {
             "docked": bool(latched),
             "sea_state": {"H_s": height, "T_p": period, "number": scenario.sea.sea_state},
             "capture": capture,
@@ -379,6 +380,7 @@ class DockingMission(Mission):
             "navigation": self.settings.navigation.kind if self.closed_loop else None,
             "navigation_rmse": self.navigation.rmse(state.navigation),
         }
+        return row | {"contact_success": contact_success(row, self.settings.force_limit)}
 
 
 def _navigation(

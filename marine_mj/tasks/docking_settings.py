@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from marine_mj.contact_success import FORCE_LIMIT
 from marine_mj.controllers import (
     CPV_GAINS,
     CPVA_GAINS,
@@ -87,6 +88,7 @@ class PlanSettings(Settings):
     wait_depth: Positive = 1.0
     overshoot: NotNegative = 0.05
     acceptance: Positive = 0.3
+    passing: Positive | None = None
     wait_speed: Positive | None = None
     wait_time: NotNegative = 0.0
     quiet_rate: Positive | None = None
@@ -152,6 +154,7 @@ class DockingSettings(Settings):
         goal_offset: largest shift of the goal by the action of the closed-loop task, m;
             0 makes the action empty.
         hold: time the episode goes on after the latch has closed, s.
+        force_limit: peak contact force below which a docking is a `contact_success`, N.
         end_at_capture: end the episode when the aperture is entered (no contact phase).
         start_spread: standard deviation of the start position in episodes, m.
         start_heading_spread_deg: standard deviation of the start heading, deg.
@@ -172,6 +175,7 @@ class DockingSettings(Settings):
     navigation: NavigationSettings = NavigationSettings()
     goal_offset: NotNegative = 0.0
     hold: NotNegative = 0.0
+    force_limit: Positive = FORCE_LIMIT
     end_at_capture: bool = False
     start_spread: NotNegative = 0.0
     start_heading_spread_deg: NotNegative = 0.0
