@@ -59,8 +59,9 @@ class DockingPlan:
             with a memory of 4 s): waves come in groups, rad/s (inf: do not look).
         patience: ours: after this time of waiting twice `quiet_rate` is good enough, after twice
             this time three times, and so on, s.
-        retreat: ours: how much deeper the vehicle waits, without following the dock's velocity,
-            until the dock is quiet, m.
+        retreat: ours: how much deeper the vehicle waits until the dock is quiet, m. It goes on
+            moving with the dock, which moves as the water does: a vehicle that stands against the
+            water meets the dock with the speed of both.
         corridor: ours: (2,) half length and half width at the aperture of the corridor in which a
             vehicle may rise, opening downwards by 20 deg; outside it goes back to waypoint 3, m.
         aperture: (2,) half length and half width within which a crossing is an entry, m.
@@ -250,7 +251,7 @@ class DockingGuidance:
             next_phase, height, progress, state.attempts + entered, calm, waited, turning
         )
         towards = _towards(plan, carrier)
-        return self._command(following, quiet, entered, targets, towards), following
+        return self._command(following, entered, targets, towards), following
 
     def target(
         self, state: GuidanceState, carrier: RigidState, aperture: RigidState, seat: RigidState
@@ -295,13 +296,7 @@ class DockingGuidance:
         wait_depth = plan.wait_depth + plan.retreat * away
         wait = aperture.position - wait_depth[..., None] * towards
         matched = unrotate(_level_rotation(carrier.heading), aperture.linear_velocity)
-        wait_twist = np.concatenate(
-            [
-                np.where(away[..., None], 0.0, matched),
-                np.zeros_like(wait),
-            ],
-            axis=-1,
-        )
+        wait_twist = np.concatenate([matched, np.zeros_like(wait)], axis=-1)
         share = np.asarray(state.progress)[..., None]
         seated = RigidState(
             aperture.position + share * (seat.position - aperture.position),
@@ -319,14 +314,12 @@ class DockingGuidance:
     def _command(
         self,
         state: GuidanceState,
-        quiet: Array,
         entered: Array,
         targets: list[RigidState],
         towards: Array,
     ) -> GuidanceCommand:
         """Command of the phase each simulation is in."""
         contact = (state.phase == Phase.CONTACT)[..., None]
-        away = (state.phase == Phase.WAIT) & np.logical_not(quiet) & (self.plan.retreat > 0)
         follow = _FOLLOW[np.minimum(state.phase, Phase.CONTACT)]
         push = np.asarray(self.plan.push)[..., None] * towards
         push = push + np.asarray(self.plan.lift)[..., None] * np.array([0.0, 0.0, 1.0])
@@ -335,7 +328,7 @@ class DockingGuidance:
             scale=np.where(contact, np.asarray(self.plan.contact_scale), 1.0),
             push=np.where(contact, push, 0.0),
             entered=entered,
-            follow=np.where(away[..., None], 0.0, follow),
+            follow=follow,
         )
 
 
