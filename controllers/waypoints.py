@@ -21,6 +21,9 @@ CORRIDOR_SLOPE = np.tan(np.deg2rad(20.0))
 _ACROSS = {2: [0, 1], 0: [1, 2]}
 # Memory of the mean square of the dock's angular velocity, s: one and a half short waves.
 _MEMORY = 4.0
+# An entry is given up below the aperture when the dock turns this much faster than it may at the
+# start: without it the decision would chatter.
+_HYSTERESIS = 1.3
 
 
 class Phase(IntEnum):
@@ -57,6 +60,8 @@ class DockingPlan:
         wait_depth: waypoint 3 below the aperture, m.
         overshoot: goal beyond the aperture plane, m.
         acceptance: distance at which a waypoint counts as reached, m.
+        passing: ours: the same for waypoints 1 and 2, which a vehicle only passes, m; None: the
+            same distance.
         wait_speed: enter only below this relative speed, abort above it, m/s (inf: never wait).
         wait_time: ours: the relative speed must stay below `wait_speed` for this long, s.
         quiet_rate: ours: enter, and open the latch, only while the dock has lately turned more
@@ -64,8 +69,9 @@ class DockingPlan:
             not look).
         patience: ours: after this time of waiting twice `quiet_rate` is good enough, after twice
             this time three times, and so on, s.
-        retreat: ours: how much deeper the vehicle waits, without following the dock's velocity,
-            until the dock is quiet, m.
+        retreat: ours: how much deeper the vehicle waits until the dock is quiet, m. It goes on
+            moving with the dock, which moves as the water does: a vehicle that stands against the
+            water meets the dock with the speed of both.
         corridor: ours: (2,) half length and half width at the aperture of the corridor in which a
             vehicle may rise, opening downwards by 20 deg; outside it goes back to waypoint 3, m.
         aperture: (2,) half length and half width within which a crossing is an entry, m.
@@ -88,6 +94,7 @@ class DockingPlan:
     wait_depth: float = 1.0
     overshoot: float = 0.05
     acceptance: float = 0.3
+    passing: float | None = None
     wait_speed: float = np.inf
     wait_time: float = 0.0
     quiet_rate: float = np.inf
@@ -239,6 +246,7 @@ class DockingGuidance:
         held = np.where(state.phase == Phase.ENTER, state.waited, 0.0)
         waited = np.where(waiting, state.waited + period, held)
         quiet = plan.quiet(turning, waited)
+        rough = ~plan.quiet(turning / _HYSTERESIS**2, waited)
         targets = self._targets(state, quiet, carrier, aperture, seat)
         distance = np.stack(
             [np.linalg.norm(t.position - vehicle.position, axis=-1) for t in targets], axis=-1
@@ -247,7 +255,8 @@ class DockingGuidance:
 
         phase = state.phase
         reached = np.take_along_axis(distance, _TARGET[phase][..., None], -1)[..., 0]
-        reached = reached < plan.acceptance
+        passing = plan.acceptance if plan.passing is None else plan.passing
+        reached = reached < np.where(phase < Phase.WAIT, passing, plan.acceptance)
         advance = reached & ((phase < Phase.WAIT) | (phase == Phase.RETURN))
         advance |= (phase == Phase.LEAVE) & plan.clear(height)
         # Above the aperture plane the forks guide: no abort there.
@@ -256,7 +265,7 @@ class DockingGuidance:
         ready = reached & waiting & quiet & (speed < plan.wait_speed) & ~outside
         calm = np.where(ready, state.calm + period, 0.0)
         advance |= ready & (calm > plan.wait_time)
-        abort = (phase == Phase.ENTER) & ((speed > plan.wait_speed) | outside)
+        abort = (phase == Phase.ENTER) & ((speed > plan.wait_speed) | outside | rough)
         # The entry counts once waypoint 2 has been reached (digest 6.5).
         within = np.all(np.abs(across) <= np.asarray(plan.aperture), axis=-1)
         armed = (phase == Phase.WAIT) | (phase == Phase.ENTER)
@@ -283,7 +292,7 @@ class DockingGuidance:
             next_phase, height, progress, state.attempts + entered, calm, waited, turning
         )
         towards = _towards(plan, carrier)
-        return self._command(following, quiet, entered, targets, towards), following
+        return self._command(following, entered, targets, towards), following
 
     def target(
         self, state: GuidanceState, carrier: RigidState, aperture: RigidState, seat: RigidState
@@ -327,13 +336,7 @@ class DockingGuidance:
         wait_depth = plan.wait_depth + plan.retreat * away
         wait = aperture.position - wait_depth[..., None] * towards
         matched = unrotate(_level_rotation(carrier.heading), aperture.linear_velocity)
-        wait_twist = np.concatenate(
-            [
-                np.where(away[..., None], 0.0, matched),
-                np.zeros_like(wait),
-            ],
-            axis=-1,
-        )
+        wait_twist = np.concatenate([matched, np.zeros_like(wait)], axis=-1)
         share = np.asarray(state.progress)[..., None]
         seated = RigidState(
             aperture.position + share * (seat.position - aperture.position),
@@ -352,14 +355,12 @@ class DockingGuidance:
     def _command(
         self,
         state: GuidanceState,
-        quiet: NDArray[np.bool_],
         entered: Array,
         targets: list[RigidState],
         towards: Array,
     ) -> GuidanceCommand:
         """Command of the phase each simulation is in."""
         contact = (state.phase == Phase.CONTACT)[..., None]
-        away = (state.phase == Phase.WAIT) & np.logical_not(quiet) & (self.plan.retreat > 0)
         latched = (state.phase == Phase.LATCHED)[..., None]
         follow = _FOLLOW[state.phase]
         push = np.asarray(self.plan.push)[..., None] * towards
@@ -372,7 +373,7 @@ class DockingGuidance:
             ),
             push=np.where(contact, push, 0.0),
             entered=entered,
-            follow=np.where(away[..., None], 0.0, follow),
+            follow=follow,
         )
 
 

@@ -17,6 +17,7 @@ from scipy.interpolate import PchipInterpolator
 from marine_mj.analysis.distributions import fit_gamma, fit_normal
 from marine_mj.analysis.proportions import wilson_interval
 from marine_mj.analysis.statistics import cohens_d
+from marine_mj.contact_success import FORCE_LIMIT, contact_success
 from marine_mj.environment.sea_states import SEA_STATES
 from marine_mj.errors import AnalysisError
 from marine_mj.frames import Array
@@ -56,8 +57,7 @@ class Entries:
         surge: (n,) surge error at the crossing, m; NaN where there was none.
         pitch: (n,) pitch error, rad.
         energy: (n,) relative kinetic energy, J.
-        docked: (n,) bool, latched without touching what must not be touched; None: no contact
-            phase was run.
+        docked: (n,) bool, contact success (`contact_success`); None: no contact phase was run.
     """
 
     surge: Array
@@ -66,14 +66,19 @@ class Entries:
     docked: Flags | None = None
 
     @classmethod
-    def of(cls, rows: Sequence[Mapping]) -> "Entries":
-        """Entries of the rows of a batch or a campaign (`capture`, `docked`)."""
+    def of(cls, rows: Sequence[Mapping], force_limit: float = FORCE_LIMIT) -> "Entries":
+        """Entries of the rows of a batch or a campaign.
+
+        Args:
+            rows: with `capture` and what `contact_success` reads.
+            force_limit: of `contact_success`, N.
+        """
 
         def column(name: str) -> Array:
             found = [(row.get("capture") or {}).get(name, np.nan) for row in rows]
             return np.array(found, dtype=float)
 
-        docked = [bool(row.get("docked")) and not row.get("forbidden_contact") for row in rows]
+        docked = [contact_success(row, force_limit) for row in rows]
         return cls(
             column("surge_error"),
             column("pitch_error"),
@@ -227,10 +232,10 @@ class Agreement:
 
     Attributes:
         inside: share of runs that entered within the limits, with its Wilson interval.
-        docked: share that latched without forbidden contact, with its Wilson interval.
-        docked_if_inside: share of the entries within the limits that latched (the reference took
+        docked: share of contact successes, with its Wilson interval.
+        docked_if_inside: share of successes among the entries within the limits (the reference took
             it for 1), with its Wilson interval.
-        docked_if_outside: share of the others that latched all the same.
+        docked_if_outside: share of successes among the others.
         agreement: share of runs in which both methods say the same.
     """
 

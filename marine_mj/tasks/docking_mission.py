@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from marine_mj import frames, hydrodynamics
+from marine_mj.contact_success import contact_success
 from marine_mj.controllers import (
     Allocator,
     DockingPilot,
@@ -428,7 +429,7 @@ class DockingMission(Mission):
         def since(moment: Array) -> float | None:
             return float(moment - state.start_time) if np.isfinite(moment) else None
 
-        return {
+        row = {
             "docked": bool(np.isfinite(state.latch_time)),
             "sea_state": {"H_s": height, "T_p": period, "number": scenario.sea.sea_state},
             "capture": capture,
@@ -453,6 +454,7 @@ class DockingMission(Mission):
             "navigation": self.settings.navigation.kind if self.closed_loop else None,
             "navigation_rmse": self.navigation.rmse(state.navigation),
         }
+        return row | {"contact_success": contact_success(row, self.settings.force_limit)}
 
 
 def _navigation(

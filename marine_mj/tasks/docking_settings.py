@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from marine_mj.contact_success import FORCE_LIMIT
 from marine_mj.controllers import (
     CPV_GAINS,
     CPVA_GAINS,
@@ -99,6 +100,7 @@ class PlanSettings(Settings):
     wait_depth: Positive = 1.0
     overshoot: NotNegative = 0.05
     acceptance: Positive = 0.3
+    passing: Positive | None = None
     wait_speed: Positive | None = None
     wait_time: NotNegative = 0.0
     quiet_rate: Positive | None = None
@@ -189,6 +191,7 @@ class DockingSettings(Settings):
         undock_after: open the latch this long after it has closed, s, and leave the dock; left out:
             only when asked to (`Docking.undock`).
         start_docked: start latched in the dock; position and heading of the vehicle do not count.
+        force_limit: peak contact force below which a docking is a `contact_success`, N.
         end_at_capture: end the episode when the aperture is entered (no contact phase).
         start_spread: standard deviation of the start position in episodes, m.
         start_heading_spread_deg: standard deviation of the start heading, deg.
@@ -214,6 +217,7 @@ class DockingSettings(Settings):
     hold: NotNegative = 0.0
     undock_after: NotNegative | None = None
     start_docked: bool = False
+    force_limit: Positive = FORCE_LIMIT
     end_at_capture: bool = False
     start_spread: NotNegative = 0.0
     start_heading_spread_deg: NotNegative = 0.0

@@ -95,6 +95,7 @@ def test_rows_of_a_batch_become_entries():
         {
             "docked": True,
             "forbidden_contact": False,
+            "peak_contact_force": 3e3,
             "capture": {"surge_error": 0.1, "pitch_error": 0.02, "relative_kinetic_energy": 5.0},
         },
         {"docked": True, "forbidden_contact": True, "capture": None},

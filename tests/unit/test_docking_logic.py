@@ -1,5 +1,7 @@
 """Waypoint manager and latch on scripted motions."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from marine_mj.controllers import DockingGuidance, DockingPlan, Latch, Phase, RigidState
@@ -128,14 +130,40 @@ def test_entry_waits_for_a_quiet_dock_but_not_for_ever():
 
 def test_vehicle_waits_deeper_while_the_dock_is_not_quiet():
     guidance = DockingGuidance(DockingPlan(quiet_rate=0.3, retreat=0.7))
-    for turning, depth, follows in ((0.5**2, 2.7, 0.0), (0.1**2, 2.0, 1.0)):
+    for turning, depth in ((0.5**2, 2.7), (0.1**2, 2.0)):
         state = type(guidance.initial())(
             np.array(2), np.array(-1.0), np.array(0.0), np.array(0), turning=np.array(turning)
         )
         command, state = update(guidance, state, at(10, 0, -2.4))
         assert state.phase == Phase.WAIT
         np.testing.assert_allclose(command.target.position, [10, 0, -depth])
-        np.testing.assert_allclose(command.follow, [follows] * 3 + [0] * 3)
+        np.testing.assert_allclose(command.follow, [1] * 3 + [0] * 3)  # in either case
+
+
+def test_an_entry_is_given_up_below_the_aperture_when_the_dock_gets_rough():
+    guidance = DockingGuidance(DockingPlan(quiet_rate=0.3))
+    for height, turning, phase in (
+        (-0.5, 0.35, Phase.ENTER),  # not quiet enough to start, quiet enough to go on
+        (-0.5, 0.45, Phase.WAIT),
+        (0.1, 0.45, Phase.CONTACT),  # in the forks: the way in is the way out of harm
+    ):
+        inside = np.array(4 if height > 0 else 3)
+        state = type(guidance.initial())(
+            inside, np.array(height), np.array(0.0), np.array(1), turning=np.array(turning**2)
+        )
+        _, state = update(guidance, state, at(10, 0, -1 + height))
+        assert state.phase == phase
+
+
+def test_waypoints_on_the_way_may_be_passed_at_a_distance():
+    for passing, phase in ((None, Phase.UNDER), (1.0, Phase.WAIT)):
+        guidance = DockingGuidance(DockingPlan(passing=passing))
+        under = type(guidance.initial())(np.array(1), np.array(-1.0), np.array(0.0), np.array(0))
+        _, state = update(guidance, under, at(10, 0.8, -2))
+        assert state.phase == phase
+        # The point below the aperture still has to be met closely.
+        _, state = update(guidance, replace(under, phase=np.array(2)), at(10, 0.8, -2))
+        assert state.phase == Phase.WAIT
 
 
 def test_guidance_is_vectorised():
