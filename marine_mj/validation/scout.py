@@ -1,6 +1,6 @@
 """The Scout against its published behaviour."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import mujoco
 import numpy as np
@@ -30,7 +30,7 @@ THESIS = {
 SCOUT_BUOYANCY, SCOUT_WEIGHT = 0.061 * RHO * G, 61.5 * G
 
 
-def _scout(
+def scout(
     timestep: float = 0.005, environment: Environment | None = None
 ) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """Scout in still water as the docking study models it, at 50 m depth."""
@@ -102,7 +102,7 @@ def scout_speeds() -> Iterator[Row]:
         ("pitch", 4, 20.0, 0.427, 0.558, 0.766, "rad/s"),
     )
     for name, axis, force, speed, tau, acceleration, unit in cases:
-        model, data = _scout()
+        model, data = scout()
         twist = push(model, data, axis, force, 5.0, net, righting if axis == 4 else 0.0)[:, axis]
         final, h = twist[-1], model.opt.timestep
         number = "V10" if axis else "V9"
@@ -120,15 +120,15 @@ def scout_speeds() -> Iterator[Row]:
 def scout_free() -> Iterator[Row]:
     """Scout: coast-down, free ascent, pitch stiffness and period, weight (V12-V15, V25)."""
     net = SCOUT_BUOYANCY - SCOUT_WEIGHT
-    model, data = _scout()
+    model, data = scout()
     data.qvel[0] = 1.0
     speed = push(model, data, 0, 0.0, 3.0, net)[-1, 0]
     yield row("V12 Scout, speed 3 s after 1 m/s", speed, 0.348, "m/s", DIGEST, percent=1)
-    model, data = _scout()
+    model, data = scout()
     mujoco.mj_step(model, data, 4000)
     name = "V13 Scout, free ascent"
     yield row(name, data.qvel[2], 0.1415, "m/s", DIGEST, percent=0.5)
-    model, data = _scout(0.002)
+    model, data = scout(0.002)
     angle = 1e-3
     data.qpos[3:7] = np.cos(angle / 2), 0, np.sin(angle / 2), 0
     mujoco.mj_forward(model, data)
@@ -199,33 +199,50 @@ PASSIVE = (
 )
 
 
+def passive_response(
+    start: tuple[float, ...], times: Sequence[float], timestep: float = 0.002
+) -> Array:
+    """States (n, 6) of the Scout without control in still water, x, z, theta, u, w, q (NED, FRD).
+
+    Args:
+        start: (6,) state at t = 0.
+        times: (n,) when, rising, s.
+        timestep: of the RK4 integration, s.
+    """
+    model, data = scout(timestep)
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
+    x, z, theta, u, w, q = start
+    data.qpos[:3] = x, 0, -z
+    # pitch up is negative about the port axis
+    data.qpos[3:7] = np.cos(theta / 2), 0, -np.sin(theta / 2), 0
+    c, s = np.cos(theta), np.sin(theta)
+    data.qvel[:3] = c * u + s * w, 0, s * u - c * w
+    data.qvel[3:6] = 0, -q, 0
+    states, done = [], 0
+    for time in times:
+        steps = round(time / timestep)
+        mujoco.mj_step(model, data, steps - done)
+        done = steps
+        mujoco.mj_forward(model, data)
+        R = data.xmat[1].reshape(3, 3)
+        velocity = flip(R.T @ data.qvel[:3])
+        pitch = float(np.arctan2(R[2, 0], R[0, 0]))
+        states.append([data.qpos[0], -data.qpos[2], pitch, velocity[0], velocity[2], -data.qvel[4]])
+    return np.array(states)
+
+
 def scout_passive() -> Iterator[Row]:
     """Scout: passive motion in still water against the docking study's own integration (V24)."""
     for start, *anchors in PASSIVE:
-        model, data = _scout(0.002)
-        model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
-        x, z, theta, u, w, q = start
-        data.qpos[:3] = x, 0, -z
-        # pitch up is negative about the port axis
-        data.qpos[3:7] = np.cos(theta / 2), 0, -np.sin(theta / 2), 0
-        c, s = np.cos(theta), np.sin(theta)
-        data.qvel[:3] = c * u + s * w, 0, s * u - c * w
-        data.qvel[3:6] = 0, -q, 0
-        worst, time = 0.0, 0.0
-        for t, anchor in zip((1.0, 3.0, 10.0), anchors, strict=True):
-            mujoco.mj_step(model, data, round((t - time) / 0.002))
-            time = t
-            mujoco.mj_forward(model, data)
-            R = data.xmat[1].reshape(3, 3)
-            velocity = flip(R.T @ data.qvel[:3])
-            pitch = float(np.arctan2(R[2, 0], R[0, 0]))
-            state = [data.qpos[0], -data.qpos[2], pitch, velocity[0], velocity[2], -data.qvel[4]]
-            worst = max(worst, float(np.abs(np.subtract(state, anchor)).max()))
+        times = (1.0, 3.0, 10.0)
+        states = passive_response(start, times)
+        for t, state, anchor in zip(times, states, anchors, strict=True):
             if not any(start[2:]):
                 name = f"V24 Scout, depth {t:g} s after rest at 5 m"
                 yield row(name, state[1], anchor[1], "m", DIGEST, percent=1)
         label = ", ".join(f"{v:.3g}" for v in start)
         name = f"Scout, passive from ({label}), largest deviation"
+        worst = float(np.abs(states - np.array(anchors)).max())
         source = f"{DIGEST}, three decimals"
         yield row(name, worst, 0, "m, rad, m/s, rad/s", source, within=6e-4)
 
@@ -288,7 +305,7 @@ def scout_orbit() -> Iterator[Row]:
     for name, value in zip(("surge", "heave"), ratio, strict=True):
         title = f"V36 Scout, {name} / water at 8 m"
         yield row(title, value, 1.03, "1", f"{DIGEST}: 1.00 to 1.06", percent=10)
-    model, _ = _scout(0.005, environment)
+    model, _ = scout(0.005, environment)
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
     path, own = sail(model, 8, 100), _thesis(sea, 8, 100)[:, :2]
     ours, theirs = (_amplitude(t[end], omega, p[end]) / particle for p in (path, own))
@@ -297,7 +314,7 @@ def scout_orbit() -> Iterator[Row]:
         yield row(title, a, b, "1", "solve_ivp of the study's equations", percent=1)
     state = SEA_STATES[4]
     irregular = irregular_sea(state.H_s, state.T_p, components=50, seed=4)
-    model, _ = _scout(0.005, Environment(waves=irregular))
+    model, _ = scout(0.005, Environment(waves=irregular))
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
     gap = np.abs(sail(model, 4, 60) - _thesis(irregular, 4, 60)[:, :2]).max()
     title = "V35 Scout in irregular waves for 60 s, largest distance between the paths"

@@ -31,6 +31,7 @@ SIZES = {
     "equilibrium_height": {1},
     "wind": {7},
     "reference_speed": {2},
+    "thrust_loss": {1},
 }
 
 
@@ -116,7 +117,8 @@ def test_numerics_are_legal(name):
     spec, values = load(name), numerics(name)
     table = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     for key, data in values.items():
-        body, quantity = key.split(".")
+        body, quantity, *actuator = key.split(".")
+        assert not actuator or actuator[0] in {a.name for a in spec.actuators}
         assert spec.body(body) is not None
         assert quantity in SIZES or quantity == "strip_area", key
         assert re.search(rf"`{quantity.rsplit('_', 1)[0]}", table), quantity

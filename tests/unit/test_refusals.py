@@ -197,9 +197,9 @@ def test_unknown_setting():
 def test_unknown_motion():
     refused(
         one_body(added_mass=np.ones(6)),
-        "motion is 'fixed'",
-        "free, dynamic, rao",
-        settings={"a": {"motion": "fixed"}},
+        "motion is 'held'",
+        "free, dynamic, rao, fixed",
+        settings={"a": {"motion": "held"}},
     )
 
 
@@ -399,7 +399,7 @@ def test_tables_of_others_are_ignored():
         pass
 
     def version(table):
-        table[t_.H_VERSION] = 2.0
+        table[t_.H_VERSION] = t_.VERSION + 1
 
     def magic(table):
         table[t_.H_MAGIC] = 1.0
@@ -408,7 +408,7 @@ def test_tables_of_others_are_ignored():
         table[t_.H_LENGTH] += 1
 
     assert step_table(nothing)[0] == pytest.approx(0.05)
-    refusals = ((version, "version 2"), (magic, "no hydrodynamics"), (length, "damaged"))
+    refusals = ((version, "version 3"), (magic, "no hydrodynamics"), (length, "damaged"))
     for change, expected in refusals:
         acceleration, model, data = step_table(change)
         assert acceleration == pytest.approx(0.1)

@@ -1,16 +1,20 @@
 """The Scout by itself: drag fit (4.9), added mass (4.5 to 4.7), passive responses (4.11)."""
 
-import mujoco
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from marine_mj import frames
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics.estimates import fit_drag, prolate_spheroid_added_mass
-from marine_mj.hydrodynamics.loader import load
 from marine_mj.reproduce.sections.base import Finding, Job, Outcome, compare, panels
-from marine_mj.validation.scout import SCOUT_BUOYANCY, SCOUT_WEIGHT, THESIS, push
+from marine_mj.validation.scout import (
+    PASSIVE,
+    SCOUT_BUOYANCY,
+    SCOUT_WEIGHT,
+    passive_response,
+    push,
+    scout,
+)
 
 #: Axis FLU, largest wrench, published quadratic coefficient, units (equation 4.43, labels righted).
 _DRAG = {
@@ -18,25 +22,10 @@ _DRAG = {
     "heave": (2, 68.0, 502.4, "m/s", "N", "N s²/m²"),
     "pitch": (4, 20.0, 109.5, "rad/s", "N m", "N m s²"),
 }
-#: Initial states x, z, theta, u, w, q of table 4.5.
-_STARTS = (
-    (0.0, 5.0, 0.0, 0.0, 0.0, 0.0), (1.0, 4.0, 1.0, 0.0, 0.0, 0.0),
-    (1.0, 4.0, 0.5 * np.pi, 0.0, 0.0, 0.0), (0.0, 5.0, 0.0, 1.0, 0.0, 0.0),
-    (0.0, 5.0, 0.0, 0.0, 1.0, 0.0), (0.0, 5.0, 0.0, 0.0, 0.0, 1.0),
-)  # fmt: skip
 _NAMES = ("x [m]", "z [m]", "θ [rad]", "u [m/s]", "w [m/s]", "q [rad/s]")
 #: Half length and radius of the spheroid with the Scout's length and volume, m (digest 3.3).
 _SPHEROID = (0.95, float(np.sqrt(3 * 0.061 / (4 * np.pi * 0.95))))
 _RHO = 1025.0
-
-
-def _scout(timestep: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """Scout in still water with the study's equations, at 50 m depth."""
-    model = load("scout", None, {"hull": THESIS}, timestep)
-    model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
-    data = mujoco.MjData(model)
-    data.qpos[2] = -50
-    return model, data
 
 
 def drag_fit(job: Job) -> Outcome:
@@ -49,7 +38,7 @@ def drag_fit(job: Job) -> Outcome:
         forces = most * np.linspace(0.1, 1.0, 8)
         speeds = []
         for value in forces:
-            model, data = _scout(0.01)
+            model, data = scout(0.01)
             righting = 0.01 * SCOUT_BUOYANCY if axis == 4 else 0.0
             net = SCOUT_BUOYANCY - SCOUT_WEIGHT
             speeds.append(push(model, data, axis, value, 8.0, net, righting)[-1, axis])
@@ -81,8 +70,9 @@ def passive_responses(job: Job) -> Outcome:
     """Motion from the six initial states of table 4.5, beside the study's equations."""
     figure, axes = panels(6, 6, (15, 12), sharex=True)
     findings = []
-    for column, start in enumerate(_STARTS):
-        time, ours = _passive(start)
+    time = np.linspace(0.0, 10.0, 201)
+    for column, (start, *_) in enumerate(PASSIVE):
+        ours = passive_response(start, time.tolist(), 0.005)
         theirs = _equations(start, time)
         for ax, a, b in zip(axes[:, column], ours.T, theirs.T, strict=True):
             ax.plot(time, a, "C0", lw=1.6, label="simulation")
@@ -109,25 +99,6 @@ def passive_responses(job: Job) -> Outcome:
         "the simulation. Depth grows downwards."
     )
     return Outcome(findings, [job.save(figure, "passive_responses")], text)
-
-
-def _passive(start: tuple[float, ...], seconds: float = 10.0) -> tuple[Array, Array]:
-    """Times (n,) and states (n, 6) x, z, theta, u, w, q of the simulation."""
-    model, data = _scout(0.005)
-    x, z, theta, u, w, q = start
-    # Pitch up is negative about the port axis.
-    attitude = np.array([np.cos(theta / 2), 0, -np.sin(theta / 2), 0])
-    rotation = frames.rotation_from_quaternion(attitude)
-    data.qpos[:3], data.qpos[3:7] = (x, 0, -z), attitude
-    data.qvel[:3], data.qvel[3:6] = rotation @ [u, 0, -w], (0, -q, 0)
-    states = []
-    for _ in range(round(seconds / 0.05) + 1):
-        R = frames.rotation_from_quaternion(data.qpos[3:7])
-        body = R.T @ data.qvel[:3]
-        pitch = np.arctan2(R[2, 0], R[0, 0])
-        states.append([data.qpos[0], -data.qpos[2], pitch, body[0], -body[2], -data.qvel[4]])
-        mujoco.mj_step(model, data, 10)
-    return np.linspace(0.0, seconds, len(states)), np.array(states)
 
 
 def _equations(start: tuple[float, ...], time: Array) -> Array:
