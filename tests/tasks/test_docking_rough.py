@@ -9,8 +9,8 @@ from marine_mj.simulation import run_batch
 @pytest.mark.validation
 def test_docking_in_sea_state_7():
     rows = run_batch("docking_rough", [{"seed": seed} for seed in range(62000, 62020)]).rows
-    # Measured in 200 other runs: 187, Wilson's interval 0.89 to 0.96. With a probability of 0.8 fewer
-    # than 13 of 20 happen in 3 % of such batches.
+    # Measured in 200 other runs: 187, Wilson's interval 0.89 to 0.96. With a probability of 0.8
+    # fewer than 13 of 20 happen in 3 % of such batches.
     assert sum(row["contact_success"] for row in rows) >= 13
 
 
