@@ -164,12 +164,13 @@ class DockingPilot:
         if self.prediction is not None:
             body, dock, prediction = self.prediction.update(prediction, vehicle, carrier)
             target = self.guidance.target(guidance, dock, *self.frames.states(dock, offset))
+        place = np.where(command.riding, dock.position, target.position)
         order = (
             body,
             target,
             command.scale,
             command.push,
-            command.follow * acceleration_at(dock, acceleration, target.position)
+            command.follow * acceleration_at(dock, acceleration, place)
             + command.acceleration,
             (guidance.phase == Phase.CONTACT)
             | ((guidance.phase == Phase.LEAVE) & (guidance.height >= 0)),

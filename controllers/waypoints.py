@@ -41,10 +41,8 @@ class Phase(IntEnum):
 
 
 # Which parts of the carrier's acceleration the target of each phase has.
-_STILL, _MOVING = [0.0] * 6, [1.0] * 6
-_FOLLOW = np.array(
-    [_STILL] * 2 + [[1.0] * 3 + [0.0] * 3] + [_MOVING] * 4 + [_STILL] * 2  # up to AWAY
-)
+_STILL, _LINEAR, _MOVING = [0.0] * 6, [1.0] * 3 + [0.0] * 3, [1.0] * 6
+_FOLLOW = np.array([_STILL] * 2 + [_LINEAR] + [_MOVING] * 4 + [_STILL] * 2)  # up to AWAY
 # Target of each phase, of those that `DockingGuidance._targets` lists.
 _TARGET = np.array([0, 1, 2, 3, 4, 4, 5, 0, 0])
 
@@ -62,6 +60,9 @@ class DockingPlan:
         acceptance: distance at which a waypoint counts as reached, m.
         passing: ours: the same for waypoints 1 and 2, which a vehicle only passes, m; None: the
             same distance.
+        ride: ours: waypoints 1 to 3 move with the carrier in the mean of its roll and pitch, as the
+            water does, and `approach_depth` counts from its origin. A waypoint that rests makes a
+            vehicle stand against the orbital motion.
         wait_speed: enter only below this relative speed, abort above it, m/s (inf: never wait).
         wait_time: ours: the relative speed must stay below `wait_speed` for this long, s.
         quiet_rate: ours: enter, and open the latch, only while the dock has lately turned more
@@ -72,6 +73,8 @@ class DockingPlan:
         retreat: ours: how much deeper the vehicle waits until the dock is quiet, m. It goes on
             moving with the dock, which moves as the water does: a vehicle that stands against the
             water meets the dock with the speed of both.
+        commit: ours: no entry is given up nearer than this to the aperture plane, m: a vehicle that
+            turns back between the forks is met by them (-inf: any may be).
         corridor: ours: (2,) half length and half width at the aperture of the corridor in which a
             vehicle may rise, opening downwards by 20 deg; outside it goes back to waypoint 3, m.
         aperture: (2,) half length and half width within which a crossing is an entry, m.
@@ -95,11 +98,13 @@ class DockingPlan:
     overshoot: float = 0.05
     acceptance: float = 0.3
     passing: float | None = None
+    ride: bool = False
     wait_speed: float = np.inf
     wait_time: float = 0.0
     quiet_rate: float = np.inf
     patience: float = 15.0
     retreat: float = 0.0
+    commit: float = -np.inf
     corridor: tuple[float, float] = (np.inf, np.inf)
     aperture: tuple[float, float] = (0.5, 0.4)
     missed_depth: float = 0.3
@@ -188,6 +193,7 @@ class GuidanceCommand:
         entered: (...,) bool, the aperture plane was crossed from below at this update.
         follow: (..., 6) which parts of the carrier's acceleration the target has, 0 or 1.
         acceleration: (..., 6) of the target beside that, world axes NWU, m/s2 and rad/s2.
+        riding: (..., 1) bool, the target follows the carrier's origin and does not turn with it.
     """
 
     target: RigidState
@@ -196,6 +202,7 @@ class GuidanceCommand:
     entered: Array
     follow: Array
     acceleration: Array | float = 0.0
+    riding: Array | bool = False
 
 
 @dataclass(frozen=True)
@@ -266,6 +273,7 @@ class DockingGuidance:
         calm = np.where(ready, state.calm + period, 0.0)
         advance |= ready & (calm > plan.wait_time)
         abort = (phase == Phase.ENTER) & ((speed > plan.wait_speed) | outside | rough)
+        abort &= height < -np.asarray(plan.commit)
         # The entry counts once waypoint 2 has been reached (digest 6.5).
         within = np.all(np.abs(across) <= np.asarray(plan.aperture), axis=-1)
         armed = (phase == Phase.WAIT) | (phase == Phase.ENTER)
@@ -317,8 +325,9 @@ class DockingGuidance:
     ) -> list[RigidState]:
         """Targets of the phases APPROACH, UNDER, WAIT, ENTER, CONTACT and LEAVE, in this order."""
         plan = self.plan
-        level = heading_quaternion(carrier.heading)
-        still = np.zeros_like(carrier.velocity)
+        level, turn = heading_quaternion(carrier.heading), _level_rotation(carrier.heading)
+        ride = np.asarray(plan.ride)[..., None]
+        carried = ride * _level_twist(turn, carrier.linear_velocity)
         # Waypoints 1 and 2 lie under the point of the carrier above the aperture.
         offset = unrotate(carrier.rotation, aperture.position - carrier.position)
         above = carrier.position + rotate(carrier.rotation, offset * np.array([1.0, 1.0, 0.0]))
@@ -330,13 +339,15 @@ class DockingGuidance:
             above = above - np.asarray(plan.wait_depth)[..., None] * towards
         away_from_dock = np.asarray(plan.approach_distance)[..., None] * back
         depth = np.broadcast_to(plan.approach_depth, above.shape[:-1])[..., None]
-        behind = np.concatenate([above[..., :2] + away_from_dock, -depth], axis=-1)
+        height = ride * carrier.position[..., 2:] - depth
+        behind = np.concatenate([above[..., :2] + away_from_dock, height], axis=-1)
         under = above - np.asarray(plan.under_depth)[..., None] * up
         away = (plan.retreat > 0) & np.logical_not(quiet)
         wait_depth = plan.wait_depth + plan.retreat * away
-        wait = aperture.position - wait_depth[..., None] * towards
-        matched = unrotate(_level_rotation(carrier.heading), aperture.linear_velocity)
-        wait_twist = np.concatenate([matched, np.zeros_like(wait)], axis=-1)
+        # Riding: below where the aperture would be on a carrier that does not roll or pitch.
+        centre = np.where(ride, carrier.position + rotate(turn, offset), aperture.position)
+        wait = centre - wait_depth[..., None] * towards
+        matched = np.where(ride, carrier.linear_velocity, aperture.linear_velocity)
         share = np.asarray(state.progress)[..., None]
         seated = RigidState(
             aperture.position + share * (seat.position - aperture.position),
@@ -344,9 +355,9 @@ class DockingGuidance:
             seat.velocity,
         )
         return [
-            RigidState(behind, level, still),
-            RigidState(under, level, still),
-            RigidState(wait, level, wait_twist),
+            RigidState(behind, level, carried),
+            RigidState(under, level, carried),
+            RigidState(wait, level, _level_twist(turn, matched)),
             aperture.attached(np.asarray(plan.overshoot)[..., None] * entry),
             seated,
             way_out(aperture, seat, plan.axis, state.progress, plan.leave_speed, plan.leave_depth),
@@ -362,7 +373,8 @@ class DockingGuidance:
         """Command of the phase each simulation is in."""
         contact = (state.phase == Phase.CONTACT)[..., None]
         latched = (state.phase == Phase.LATCHED)[..., None]
-        follow = _FOLLOW[state.phase]
+        outside = (state.phase <= Phase.WAIT) | (state.phase >= Phase.RETURN)
+        riding = (np.asarray(self.plan.ride) & outside)[..., None]
         push = np.asarray(self.plan.push)[..., None] * towards
         push = push + np.asarray(self.plan.lift)[..., None] * np.array([0.0, 0.0, 1.0])
         return GuidanceCommand(
@@ -373,7 +385,8 @@ class DockingGuidance:
             ),
             push=np.where(contact, push, 0.0),
             entered=entered,
-            follow=follow,
+            follow=np.where(riding, _LINEAR, _FOLLOW[state.phase]),
+            riding=riding,
         )
 
 
@@ -394,6 +407,11 @@ def _pick(targets: list[RigidState], phase: Array) -> RigidState:
         return np.take_along_axis(values, index[..., None, None], axis=-2)[..., 0, :]
 
     return RigidState(pick("position"), pick("quaternion"), pick("velocity"))
+
+
+def _level_twist(turn: Array, velocity: Array) -> Array:
+    """Velocity (..., 6) in the axes of a level body that moves so in world axes (..., 3)."""
+    return np.concatenate([unrotate(turn, velocity), np.zeros_like(velocity)], axis=-1)
 
 
 def _level_rotation(heading: Array) -> Array:

@@ -13,8 +13,9 @@ from marine_mj.tasks.base import Flags
 class ContactLog:
     """Sums over the contacts between different vehicles, for any leading shape (...,).
 
-    Impulse, energy and duration stand for the impact: they are taken until the latch closes, after
-    which the weld works against the pads. The others go on to the end.
+    Peak force, impulse, energy and duration stand for the impact: they are taken until the latch
+    closes, after which the weld works against the pads: two constraints that hold the same thing
+    share a load that neither would have alone. The others go on to the end.
 
     Attributes:
         force: largest sum of normal forces in the last control period, N.
@@ -55,7 +56,7 @@ class ContactLog:
         open_ = np.where(latched, 0.0, timestep)
         return ContactLog(
             force=most,
-            peak_force=np.maximum(self.peak_force, most),
+            peak_force=np.maximum(self.peak_force, np.where(latched, 0.0, most)),
             impulse=self.impulse + open_ * _sum(force),
             energy=self.energy + open_ * _sum(contacts[..., table.S_POWER]),
             penetration=np.maximum(

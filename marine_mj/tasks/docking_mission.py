@@ -46,10 +46,11 @@ CAPTURE_ERRORS = tuple(
 )
 #: What is kept of the first crossing of the aperture.
 CAPTURE = ("time", *CAPTURE_ERRORS, "relative_speed", "relative_kinetic_energy")
-#: Importance of the axes when the thrusters cannot give all of them (`Allocator.axis_weight`):
-#: heave first, of which a vehicle that is pushed into a dock has too little; the pads turn the push
-#: into more pitch moment than the same thrusters would give directly.
-_AXIS_WEIGHT = (1.0, 1.0, 3.0, 3.3, 3.3, 3.3)
+#: Importance of the axes in contact, when the thrusters cannot give all of them
+#: (`Allocator.axis_weight`): heave first, of which a vehicle that is pushed into a dock has too
+#: little; the pads turn the push into more pitch moment than the same thrusters would give directly.
+#: A free vehicle has no pads: there attitude counts as much, or a lasting want of heave tips it over.
+_CONTACT_WEIGHT = (1.0, 1.0, 3.0, 3.3, 3.3, 3.3)
 #: Latest start on the wave record in episodes with a random start, s.
 _LATEST_START = 600.0
 #: "0 approach 1 under ...": phases by number, for logs.
@@ -110,6 +111,7 @@ class DockingMission(Mission):
         pilot: guidance and controller.
         navigation: what they know of vehicle and carrier; judgement knows the truth.
         allocator: from wrenches to the vehicle's actuators.
+        contact_allocator: the same while the vehicle is pushed against the dock.
         actuators: (m,) their ids.
         nu: number of actuators of the scene.
         latch: when the latch closes.
@@ -128,6 +130,7 @@ class DockingMission(Mission):
     pilot: DockingPilot
     navigation: DockingNavigation
     allocator: Allocator = field(metadata={"stack": "same"})
+    contact_allocator: Allocator = field(metadata={"stack": "same"})
     actuators: Array
     nu: int
     latch: Latch
@@ -174,8 +177,9 @@ class DockingMission(Mission):
             geometry=physics.geometry,
             pilot=docking_pilot(scenario, settings, physics, limits),
             navigation=_navigation(scenario, settings, physics),
-            allocator=replace(
-                physics.allocator(physics.vehicle), axis_weight=np.array(_AXIS_WEIGHT)
+            allocator=physics.allocator(physics.vehicle),
+            contact_allocator=replace(
+                physics.allocator(physics.vehicle), axis_weight=np.array(_CONTACT_WEIGHT)
             ),
             actuators=physics.actuators(physics.vehicle),
             nu=physics.model.nu,
@@ -291,7 +295,7 @@ class DockingMission(Mission):
         wrench, order, pilot = self.pilot.update(
             state.pilot, known.vehicle, known.carrier, latched, offset, known.carrier_acceleration
         )
-        commands[..., self.actuators], given = self.allocator.allocate(wrench)
+        commands[..., self.actuators], given = self._allocate(pilot, wrench)
         pilot = self.pilot.applied(pilot, given)
         return commands, replace(
             state,
@@ -301,6 +305,12 @@ class DockingMission(Mission):
             target=order.target.position,
             miss=_miss(order.target, view.vehicle),
         )
+
+    def _allocate(self, pilot: PilotState, wrench: Array) -> tuple[Array, Array]:
+        """Thruster commands (..., m) and the wrench (..., 6) that they give."""
+        contact = (pilot.guidance.phase == Phase.CONTACT)[..., None]
+        free, pushed = (a.allocate(wrench) for a in (self.allocator, self.contact_allocator))
+        return np.where(contact, pushed[0], free[0]), np.where(contact, pushed[1], free[1])
 
     def observe(
         self,

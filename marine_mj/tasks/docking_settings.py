@@ -101,6 +101,8 @@ class PlanSettings(Settings):
     overshoot: NotNegative = 0.05
     acceptance: Positive = 0.3
     passing: Positive | None = None
+    ride: bool = False
+    commit: NotNegative | None = None
     wait_speed: Positive | None = None
     wait_time: NotNegative = 0.0
     quiet_rate: Positive | None = None
@@ -120,6 +122,7 @@ class PlanSettings(Settings):
         values = self.model_dump()
         values["wait_speed"] = np.inf if self.wait_speed is None else self.wait_speed
         values["quiet_rate"] = np.inf if self.quiet_rate is None else self.quiet_rate
+        values["commit"] = -np.inf if self.commit is None else self.commit
         values["corridor"] = (np.inf, np.inf) if self.corridor is None else self.corridor
         return DockingPlan(**values)
 

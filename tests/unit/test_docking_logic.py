@@ -155,6 +155,37 @@ def test_an_entry_is_given_up_below_the_aperture_when_the_dock_gets_rough():
         assert state.phase == phase
 
 
+def test_no_entry_is_given_up_close_to_the_aperture():
+    for commit, phase in ((-np.inf, Phase.WAIT), (0.4, Phase.WAIT), (0.6, Phase.ENTER)):
+        guidance = DockingGuidance(DockingPlan(quiet_rate=0.3, commit=commit))
+        rough = replace(
+            guidance.initial(), phase=np.array(3), height=np.array(-0.5), turning=np.array(0.45**2)
+        )
+        _, state = update(guidance, rough, at(10, 0, -1.5))
+        assert state.phase == phase
+
+
+@pytest.mark.parametrize("phase", [Phase.APPROACH, Phase.UNDER, Phase.WAIT, Phase.AWAY])
+def test_riding_waypoints_move_with_the_carrier_but_do_not_turn_with_it(phase):
+    """Rolled by 30 deg, 1.5 m up, rolling at 0.5 rad/s: the aperture swings, the waypoints do not."""
+    roll = RigidState(
+        np.array([10, 0, 1.5]),
+        np.array([np.cos(np.pi / 12), np.sin(np.pi / 12), 0, 0]),
+        np.array([0.3, 0.8, -0.6, 0.5, 0, 0]),
+    )
+    aperture, seat = (roll.attached([0, 0, z]) for z in (-1.0, -0.5))
+    guidance = DockingGuidance(DockingPlan(ride=True))
+    there = replace(guidance.initial(), phase=np.array(int(phase)))
+    arguments = (at(0, 0, -9), roll, aperture, seat, np.asarray(False), PERIOD)
+    command, _ = guidance.update(there, *arguments)
+    expected = {Phase.UNDER: [10, 0, -0.5], Phase.WAIT: [10, 0, -0.5]}
+    np.testing.assert_allclose(command.target.position, expected.get(phase, [9, 0, -2.5]))
+    np.testing.assert_allclose(command.target.linear_velocity, roll.linear_velocity)
+    np.testing.assert_allclose(command.target.velocity[3:], 0)
+    np.testing.assert_allclose(command.follow, [1] * 3 + [0] * 3)
+    assert command.riding
+
+
 def test_waypoints_on_the_way_may_be_passed_at_a_distance():
     for passing, phase in ((None, Phase.UNDER), (1.0, Phase.WAIT)):
         guidance = DockingGuidance(DockingPlan(passing=passing))
