@@ -140,6 +140,20 @@ class Wind(Settings):
     gusts: bool = True
 
 
+class HeadingControl(Settings):
+    """Yaw moment `-stiffness psi - damping r` that holds the start heading, within a limit.
+
+    Attributes:
+        stiffness: N m/rad.
+        damping: N m s/rad.
+        limit: largest moment, N m.
+    """
+
+    stiffness: Positive
+    damping: NotNegative
+    limit: Positive
+
+
 class Vehicle(Settings):
     """One vehicle of the scene.
 
@@ -170,6 +184,8 @@ class Vehicle(Settings):
             nothing but a mesh.
         sheltered_by: vehicle whose floating hull changes the water motion that this one feels below
             it; left out: the waves are undisturbed.
+        heading_control: holds the start heading of a vehicle that moves by its forces, as an
+            autopilot does; left out: nothing does.
         scale: factors on the vehicle's `mass` (with its inertia), displacement and coefficients by
             name without the frame, e.g. {added_mass = 1.1, strip_drag = 0.9}: the uncertainty of a
             model. Controllers know the vehicle without them.
@@ -194,6 +210,7 @@ class Vehicle(Settings):
     drift: Literal["none", "mean", "slow"] | None = None
     hydrostatics: Literal["linear", "panels"] | None = None
     sheltered_by: str | None = None
+    heading_control: HeadingControl | None = None
     scale: dict[str, Positive] = Field(default_factory=dict)
 
 

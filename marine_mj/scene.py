@@ -16,7 +16,7 @@ from marine_mj.frames import Array
 from marine_mj.hydrodynamics import table
 from marine_mj.hydrodynamics.coefficients import SCALABLE
 from marine_mj.library import find_model
-from marine_mj.scenario import Scenario, Vehicle
+from marine_mj.scenario import HeadingControl, Scenario, Vehicle
 from marine_mj.weather import environment_of
 
 if TYPE_CHECKING:
@@ -104,6 +104,8 @@ def build_scene(scenario: Scenario) -> mujoco.MjSpec:
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     for instance, vehicle in scenario.vehicles.items():
         _attach_vehicle(spec, instance, vehicle)
+        if vehicle.heading_control is not None:
+            _add_heading_control(spec, instance, vehicle, vehicle.heading_control)
     carriers = [name for name, vehicle in scenario.vehicles.items() if vehicle.dock is not None]
     for carrier in carriers:
         dock = _attach_dock(spec, carrier, scenario.vehicles[carrier])
@@ -298,6 +300,37 @@ def _replace_actuators(spec: mujoco.MjSpec, instance: str, vehicle: Vehicle, bod
             ctrllimited=True,
             ctrlrange=bounds[:, i],
         )
+
+
+def _add_heading_control(
+    spec: mujoco.MjSpec, instance: str, vehicle: Vehicle, control: HeadingControl
+) -> None:
+    """Servo on the turn about the vertical between the vehicle and the start heading.
+
+    Raises:
+        ModelError: the vehicle's motion is prescribed.
+    """
+    if vehicle.motion in ("rao", "fixed"):
+        raise ModelError(
+            f"vehicles.{instance}: heading_control turns a vehicle that moves by its forces, but "
+            f'motion = "{vehicle.motion}" is prescribed: leave one of them out'
+        )
+    position, quaternion = start_pose(vehicle)
+    start = spec.worldbody.add_site(name=f"{instance}:start", pos=position, quat=quaternion, group=4)
+    site = main_body(spec, instance).add_site(name=f"{instance}:heading", group=4)
+    spec.add_actuator(
+        name=f"{instance}:heading",  # none of those that controllers command: it holds zero
+        trntype=mujoco.mjtTrn.mjTRN_SITE,
+        target=site.name,
+        refsite=start.name,
+        gear=[0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+        gainprm=[control.stiffness] + [0.0] * 9,
+        biasprm=[0.0, -control.stiffness, -control.damping] + [0.0] * 7,
+        forcelimited=True,
+        forcerange=[-control.limit, control.limit],
+    )
 
 
 def _attach_dock(spec: mujoco.MjSpec, carrier: str, vehicle: Vehicle) -> str:
