@@ -13,20 +13,11 @@ from make_dus_v5750_box import DIRECTIONS, DRAFT, GRAVITY, PANEL, PERIODS, WATER
 
 from marine_mj.hydrodynamics.bem.database import save_database
 from marine_mj.hydrodynamics.bem.panels import lid
-from marine_mj.hydrodynamics.bem.shelter import shelter_database
+from marine_mj.hydrodynamics.bem.shelter import shelter_database, shelter_grid
 from marine_mj.hydrodynamics.bem.solver import Solution, solve
 from marine_mj.hydrodynamics.raos import read_responses
 
 HERE = Path(__file__).parent
-#: m; the outermost nodes are where the field fades to zero. The hull ends at 2.5, 0.75 and -0.3.
-X = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.25)
-Y = (0.4, 0.75, 1.25, 2.0)
-Z = (-4.5, -3.0, -2.0, -1.4, -1.0, -0.75, -0.55, -0.4)
-
-
-def grid() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """x, y and z of the nodes, m, denser near the hull."""
-    return np.r_[-np.array(X[::-1]), 0, X], np.r_[-np.array(Y[::-1]), 0, Y], np.array(Z)
 
 
 def solution() -> Solution:
@@ -51,7 +42,9 @@ def main() -> None:
         "software": f"capytaine {version('capytaine')}, numpy {np.__version__}",
         "script": "assets/make_dus_v5750_shelter.py",
     }
-    data = shelter_database(solution(), motions, grid(), about)
+    points = box().whole().reshape(-1, 3)
+    grid = shelter_grid(points.min(axis=0), points.max(axis=0), PANEL)
+    data = shelter_database(solution(), motions, grid, about)
     path = save_database(data, HERE / "dus_v5750_shelter.nc")
     print(f"{path.name}: {data.sizes['mode']} modes, {path.stat().st_size / 1e3:.0f} kB")
 

@@ -13,7 +13,7 @@ from marine_mj.controllers.undocking import end_of_way, way_out
 from numpy.typing import NDArray
 
 from marine_mj.errors import ScenarioError
-from marine_mj.frames import Array
+from marine_mj.frames import Array, quaternion_from_euler
 
 #: Opening of the corridor under the aperture (digest 6.8): half-angle 20 deg.
 CORRIDOR_SLOPE = np.tan(np.deg2rad(20.0))
@@ -57,6 +57,8 @@ class DockingPlan:
         under_depth: waypoint 2 below the carrier's origin, m.
         wait_depth: waypoint 3 below the aperture, m.
         overshoot: goal beyond the aperture plane, m.
+        goal_bias: (6,) shift (m) and turn (zyx Euler angles, rad) of the goal in the axes of the
+            aperture frame, FLU; minus the mean errors at the capture centres them (study 7.5.3).
         acceptance: distance at which a waypoint counts as reached, m.
         passing: ours: the same for waypoints 1 and 2, which a vehicle only passes, m; None: the
             same distance.
@@ -96,6 +98,7 @@ class DockingPlan:
     under_depth: float = 2.0
     wait_depth: float = 1.0
     overshoot: float = 0.05
+    goal_bias: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     acceptance: float = 0.3
     passing: float | None = None
     ride: bool = False
@@ -134,14 +137,21 @@ class DockingPlan:
         ):
             if not np.all(np.asarray(getattr(self, name)) > 0):
                 raise ScenarioError(f"docking plan: {name} must be > 0, got {getattr(self, name)}")
-        if np.shape(self.contact_scale)[-1:] != (6,):
-            raise ScenarioError(
-                f"docking plan: contact_scale needs 6 factors, got {self.contact_scale}"
-            )
+        for name, what in (("contact_scale", "factors"), ("goal_bias", "values")):
+            if np.shape(getattr(self, name))[-1:] != (6,):
+                raise ScenarioError(
+                    f"docking plan: {name} needs 6 {what}, got {getattr(self, name)}"
+                )
 
     def split(self, inside: Array) -> tuple[Array, Array]:
         """Height (...,) beyond the aperture plane, and offsets (..., 2) in it, of (..., 3)."""
         return inside[..., self.axis], inside[..., _ACROSS[self.axis]]
+
+    def goal(self, aperture: RigidState) -> RigidState:
+        """State to reach while entering: beyond the aperture, off it by `goal_bias`."""
+        beyond = np.asarray(self.overshoot)[..., None] * np.eye(3)[self.axis]
+        bias = np.asarray(self.goal_bias)
+        return aperture.attached(beyond + bias[..., :3], quaternion_from_euler(bias[..., 3:]))
 
     def quiet(self, turning: Array | float, waited: Array | float) -> NDArray[np.bool_]:
         """Whether (...,) the dock turns slowly enough, after waiting for so long.
@@ -333,7 +343,6 @@ class DockingGuidance:
         above = carrier.position + rotate(carrier.rotation, offset * np.array([1.0, 1.0, 0.0]))
         back = np.stack([-np.cos(carrier.heading), -np.sin(carrier.heading)], axis=-1)
         up = np.array([0.0, 0.0, 1.0])
-        entry = np.eye(3)[plan.axis]
         towards = _towards(plan, carrier)
         if plan.axis != 2:
             above = above - np.asarray(plan.wait_depth)[..., None] * towards
@@ -358,7 +367,7 @@ class DockingGuidance:
             RigidState(behind, level, carried),
             RigidState(under, level, carried),
             RigidState(wait, level, _level_twist(turn, matched)),
-            aperture.attached(np.asarray(plan.overshoot)[..., None] * entry),
+            plan.goal(aperture),
             seated,
             way_out(aperture, seat, plan.axis, state.progress, plan.leave_speed, plan.leave_depth),
         ]

@@ -54,6 +54,12 @@ def hydro_command(
     drift: Annotated[
         bool, typer.Option("--drift", help="Add the mean wave drift (indirect method).")
     ] = False,
+    shelter: Annotated[
+        bool,
+        typer.Option(
+            "--shelter", help="Write NAME_shelter.nc: water around the hull (indirect method)."
+        ),
+    ] = False,
     memory: Annotated[
         bool, typer.Option(help="Fit the radiation memory and store it in the database.")
     ] = True,
@@ -82,8 +88,9 @@ def hydro_command(
 ) -> None:
     """Added mass, wave forces and RAOs of a hull from its mesh.
 
-    Writes NAME.nc (a wave database) with NAME_raos.png, NAME_forces.png and NAME_radiation.png;
-    needs the extra `bem`. Lists of numbers are quoted: --periods "2 3 4".
+    Writes NAME.nc (a wave database) with NAME_raos.png, NAME_forces.png and NAME_radiation.png,
+    with --shelter also NAME_shelter.nc (a shelter database, for vehicles below the hull); needs the
+    extra `bem`. Lists of numbers are quoted: --periods "2 3 4".
     """
     import numpy as np
 
@@ -124,6 +131,7 @@ def hydro_command(
             submerged=submerged,
             method=method,
             drift=drift,
+            shelter=shelter,
             repair=repair,
             roll_damping=roll_damping,
             pitch_damping=pitch_damping,
@@ -140,11 +148,13 @@ def hydro_command(
 
     from marine_mj.hydrodynamics.bem import figures
     from marine_mj.hydrodynamics.bem.database import save_database
-    from marine_mj.hydrodynamics.bem.study import analyse
+    from marine_mj.hydrodynamics.bem.response import database_of, respond, shelter_of
 
     path = output or Path("results") / "hydro" / f"{hull.name}.nc"
     with _progress() as report:
-        data = analyse(hull, progress=lambda done, total: report("frequencies", done, total))
+        response = respond(hull, progress=lambda done, total: report("frequencies", done, total))
+        data = database_of(hull, response)
+        field = shelter_of(hull, response) if shelter else None
         rows = None
         if convergence:
             from marine_mj.hydrodynamics.bem.convergence import convergence as study
@@ -166,6 +176,13 @@ def hydro_command(
         made["convergence"] = figures.plot_convergence(rows[0].sizes, ratios, title)
     _show_results(data, rows, console)
     written = [save_database(data, path)]
+    if field is not None:
+        console.print(
+            f"shelter: {field.sizes['mode']} modes, left out {field.attrs['left_out']}",
+            highlight=False,
+            soft_wrap=True,
+        )
+        written.append(save_database(field, path.with_name(f"{path.stem}_shelter.nc")))
     for name, figure in made.items():
         written.append(path.with_name(f"{path.stem}_{name}.png"))
         figure.savefig(written[-1])

@@ -17,6 +17,7 @@ from marine_mj.controllers import (
     Latch,
     PidGains,
 )
+from marine_mj.frames import flip
 from marine_mj.settings import Settings
 from marine_mj.tasks.navigation_settings import NavigationSettings
 
@@ -92,13 +93,19 @@ class PredictionSettings(Settings):
 
 
 class PlanSettings(Settings):
-    """Changes of the docking plan; see `controllers.DockingPlan` for the meaning."""
+    """Changes of the docking plan; see `controllers.DockingPlan` for the meaning.
+
+    Attributes:
+        goal_bias: in FRD, as the errors at the capture: surge, sway, heave, m, roll, pitch, yaw,
+            rad.
+    """
 
     approach_distance: NotNegative = 1.0
     approach_depth: Positive = 4.0
     under_depth: Positive = 2.0
     wait_depth: Positive = 1.0
     overshoot: NotNegative = 0.05
+    goal_bias: tuple[float, float, float, float, float, float] = (0.0,) * 6
     acceptance: Positive = 0.3
     passing: Positive | None = None
     ride: bool = False
@@ -124,6 +131,7 @@ class PlanSettings(Settings):
         values["quiet_rate"] = np.inf if self.quiet_rate is None else self.quiet_rate
         values["commit"] = -np.inf if self.commit is None else self.commit
         values["corridor"] = (np.inf, np.inf) if self.corridor is None else self.corridor
+        values["goal_bias"] = tuple(flip(self.goal_bias).tolist())
         return DockingPlan(**values)
 
 

@@ -223,9 +223,12 @@ def excitation() -> Iterator[Row]:
 RADIUS, LENGTH = 0.1, 1.9
 
 
-def lying_cylinder(depth: float) -> Panels:
-    """The docking study's bare cylinder along x [m], its half with y > 0 and the mirror."""
-    upright = cylinder_panels(RADIUS, LENGTH, 5, 24, 3).corners
+def lying_cylinder(depth: float, counts: tuple[int, int, int] = (5, 24, 3)) -> Panels:
+    """The docking study's bare cylinder along x [m], its half with y > 0 and the mirror.
+
+    `counts`: panels around a quarter, along, and from the middle of an end to its rim.
+    """
+    upright = cylinder_panels(RADIUS, LENGTH, *counts).corners
     # z -> x keeps the handedness: x to y, y to z; the mirrors become y and z, so written out.
     whole = Panels(upright, (1, 0)).whole()[:, :, [2, 0, 1]] - np.array([0, 0, depth])
     return Panels(whole[(whole[:, :, 1] >= -1e-12).all(axis=1)], (1,))

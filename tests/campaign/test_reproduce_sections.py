@@ -1,6 +1,7 @@
 """The docking study's other tables and figures: choice, keeping, report, and their arithmetic."""
 
 import json
+import sys
 from dataclasses import replace
 
 import matplotlib
@@ -8,10 +9,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from marine_mj.environment import wavenumber
 from marine_mj.errors import AnalysisError, CampaignError
 from marine_mj.reproduce import TABLES, choose, run_sections, write_report
 from marine_mj.reproduce.runner import Here
-from marine_mj.reproduce.sections import SECTIONS
+from marine_mj.reproduce.sections import SECTIONS, multibody
 from marine_mj.reproduce.sections import runner as sections_runner
 from marine_mj.reproduce.sections.base import Job, Outcome, compare
 from marine_mj.reproduce.sections.distributions import density
@@ -94,6 +96,33 @@ def test_cheap_sections_draw_and_agree(tmp_path, name):
     assert all((tmp_path / f).stat().st_size > 20_000 for f in outcome.figures)
     # Lognormal law: at most 1.9 % off.
     assert all(f.verdict == "agrees" for f in outcome.findings)
+
+
+def test_two_bodies_without_capytaine_draw_the_usv_alone(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "capytaine", None)
+    outcome = SECTIONS["multibody"].run(Job(tmp_path))
+    assert outcome.figures == ["usv_with_scout.png"] and not outcome.findings
+    assert (tmp_path / "usv_with_scout.png").stat().st_size > 20_000
+    assert 'pip install "marine-mj[bem]"' in outcome.text
+
+
+def test_two_bodies_are_judged_by_their_gains_and_the_phase_of_pitch():
+    """A Scout that heaves 0.1 less in waves below 2.5 s only; a USV whose pitch turns by 10 deg."""
+    omega = 2 * np.pi / multibody._PERIODS
+    own = np.zeros((len(omega), 6), dtype=complex)
+    own[:, 0], own[:, 2], own[:, 4] = 0.5j, 0.8, -0.9j * wavenumber(omega)
+    other = own.copy()
+    other[multibody._PERIODS < 2.5, 2] -= 0.1
+    found = multibody._scout_findings(1.0, own, other)
+    differing = [f for f in found if f.verdict == "differs"]
+    assert len(found) == 6 and len(differing) == 1
+    assert "heave at 1 m" in differing[0].quantity and "below 2.5 s" in differing[0].quantity
+    assert differing[0].ours == pytest.approx(0.1)
+    other = own.copy()
+    other[3, 4] *= 1.06 * np.exp(1j * np.deg2rad(10))
+    pitch, phase = multibody._usv_findings(2.0, own, other)[-2:]
+    assert pitch.ours == pytest.approx(0.06 * 0.9) and pitch.verdict == "differs"
+    assert phase.ours == pytest.approx(10) and phase.verdict == "agrees"
 
 
 @pytest.mark.parametrize("period", [0.1, 0.2])

@@ -28,9 +28,10 @@ from marine_mj.hydrodynamics.bem.rao import (
     rao,
     viscous_damping,
 )
+from marine_mj.hydrodynamics.bem.response import analyse
 from marine_mj.hydrodynamics.bem.settings import Settings
 from marine_mj.hydrodynamics.bem.solver import check_panels, floating_body, solve
-from marine_mj.hydrodynamics.bem.study import analyse, read_hull
+from marine_mj.hydrodynamics.bem.study import read_hull
 from marine_mj.hydrodynamics.estimates import ellipsoid_added_mass
 from marine_mj.validation.geometry import (
     deep_added_mass,

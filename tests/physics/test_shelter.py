@@ -5,16 +5,21 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
+import trimesh
 import xarray as xr
 from scipy.interpolate import RegularGridInterpolator
 
+from marine_mj import cli
 from marine_mj.environment import Environment, WaveField, calm
 from marine_mj.errors import ModelError, ScenarioError
 from marine_mj.frames import rotation_from_quaternion
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.bem.rao import motion_raos
-from marine_mj.hydrodynamics.bem.shelter import disturbance, shelter_database
+from marine_mj.hydrodynamics.bem.response import respond, shelter_of
+from marine_mj.hydrodynamics.bem.settings import Settings
+from marine_mj.hydrodynamics.bem.shelter import disturbance, shelter_database, shelter_grid
 from marine_mj.hydrodynamics.bem.solver import solve_bodies
+from marine_mj.hydrodynamics.bem.study import read_hull
 from marine_mj.hydrodynamics.native import table_of
 from marine_mj.hydrodynamics.raos import database_path
 from marine_mj.hydrodynamics.shelter import read_field
@@ -183,6 +188,87 @@ def test_no_water_flows_through_the_moving_bottom():
     assert wrong.max() < 1e-3, wrong  # measured 3e-5 at 4.6 s, 1.4e-4 at 2 s
     with pytest.raises(ModelError, match=r"has no sources: solve with method='indirect' and"):
         disturbance(replace(solution, details={}), X, points)
+
+
+def velocity_in(path, omega, direction, points):
+    """Velocity (p, 3) [m/s per m] that a shelter database holds, at a frequency of its own."""
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        axes = [data[name].values for name in "xyz"]
+        field = RegularGridInterpolator(axes, data["field"].values.astype(float))(points)
+        near = data["shelter_strength"].sel(omega=omega, method="nearest")
+        assert float(near["omega"]) == pytest.approx(omega, rel=1e-6)
+        strength = near.sel(wave_direction=direction, method="nearest").values.astype(float)
+    return field @ (strength[0] + 1j * strength[1])
+
+
+def test_command_makes_the_database_of_the_box(tmp_path, capsys):
+    """From a mesh by one command, coarse panels, beside the file of the package."""
+    pytest.importorskip("capytaine")
+    file, target = tmp_path / "box.stl", tmp_path / "box.nc"
+    place = trimesh.transformations.translation_matrix((0, 0, 0.35))
+    trimesh.creation.box((5.0, 1.5, 1.3), place).export(file)
+    options = {
+        "-o": str(target),
+        "--panel": "0.4",
+        "--mass": "2306",
+        "--center-of-gravity": "0 0 0",
+        "--inertia": "1040 5412 5237",
+        "--periods": "2 3.2",
+        "--directions": "0 90",
+        "--roll-damping": "0.07",
+    }
+    listed = [part for pair in options.items() for part in pair]
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["hydro", str(file), "--shelter", "--no-memory", *listed])
+    out = capsys.readouterr()
+    assert stop.value.code == 0, out.err
+    made = tmp_path / "box_shelter.nc"
+    assert "modes, left out" in out.out and "box_shelter.nc" in out.out
+    read_field.cache_clear()
+    for ours, theirs in zip(
+        read_field(made)[:2], read_field(database_path(DATABASE)), strict=False
+    ):
+        np.testing.assert_allclose(ours, theirs, atol=1e-9)
+    x, y, z = np.meshgrid([-2.0, 0.0, 1.5], [0.0, 0.4], [-1.0, -2.0], indexing="ij")
+    points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    # Of the orbital speed at the surface: measured 0.017 and 0.0057, the field itself is up to
+    # 0.35 and 0.056; 0.006 and 0.005 (at 3 s) on panels of 0.25 m.
+    for period, within in ((2.0, 0.02), (3.2, 0.008)):
+        for direction in (0.0, 0.5 * np.pi):
+            omega = 2 * np.pi / period
+            ours, theirs = (
+                velocity_in(path, omega, direction, points)
+                for path in (made, database_path(DATABASE))
+            )
+            assert np.abs(ours - theirs).max() < within * omega
+
+
+def test_shelter_of_a_hull_whose_origin_is_not_in_the_water_surface(tmp_path):
+    """A vehicle's axes: the same water motion, its grid counted from the body origin."""
+    pytest.importorskip("capytaine")
+    file = tmp_path / "box.stl"
+    trimesh.creation.box((2.0, 0.8, 0.8)).export(file)
+    settings = Settings(panel=0.3, omega=(2.0, 3.0), directions=(0.0, 1.0), shelter=True)
+    hull = read_hull(str(file), settings)
+    raised = replace(hull, origin=np.array([0.0, 0.0, 0.35]))
+    plain, other = (shelter_of(h, respond(h)) for h in (hull, raised))
+    np.testing.assert_allclose(other["z"], plain["z"] - 0.35)
+    water = [
+        np.einsum("xyzam,cwdm->cwdxyza", d["field"], d["shelter_strength"]) for d in (plain, other)
+    ]
+    np.testing.assert_allclose(*water, atol=1e-5 * np.abs(water[0]).max())
+    with pytest.raises(ModelError, match=r"shelter of box\.stl, .* allowed is a hull in waves"):
+        read_hull(str(file), Settings(submerged=True, shelter=True))
+
+
+def test_grid_of_a_hull_lies_below_it_and_above_the_bottom():
+    low, high = np.array([-6.0, -1.0, -0.8]), np.array([5.0, 1.0, 0.0])
+    x, y, z = shelter_grid(low, high, 0.3, 4.0)
+    for axis in (x, y, z):
+        assert (np.diff(axis) > 0).all()
+    assert x[0] < -6.0 and x[-1] > 5.0 and y[0] < -1.0 and y[-1] > 1.0
+    assert {-6.0, 5.0} <= set(x) and {-1.0, 0.0, 1.0} <= set(y)  # its ends and sides are nodes
+    assert z[-1] == pytest.approx(-0.8 - 0.3) and z[0] > -4.0  # not nearer than a panel
 
 
 def test_modes_limit_and_grid_are_checked(monkeypatch):

@@ -126,6 +126,7 @@ def test_runs_that_differ_in_numbers_of_the_task_share_a_batch(monkeypatch):
             {"task.settings.gains": "manual", "duration": 0.3},
             {"task.settings.gains": "brute_force", "duration": 0.5},
             {"task.settings.plan.wait_speed": 0.7, "duration": 0.4, "seed": 3},
+            {"task.settings.plan.goal_bias": [0.1, 0, 0, 0, 0.02, 0], "duration": 0.3, "seed": 3},
         ],
         [
             {**thesis, "task.settings.navigation.scenario": name, "duration": 0.5, "seed": seed}
@@ -147,14 +148,14 @@ def test_runs_that_differ_in_numbers_of_the_task_share_a_batch(monkeypatch):
 
     monkeypatch.setattr(Episode, "__init__", counted)
     together = run_batch(base, [v for variations in groups for v in variations], record=names)
-    assert sorted(episodes) == [2, 3, 4]
+    assert sorted(episodes) == [2, 4, 4]
     alone = [result for results in single for result in results]
     for i, result in enumerate(alone):
         assert without_time(together.rows[i]) == without_time(result.rows[0])
         for name in names:
             part = result.signals[name].values[0]
             np.testing.assert_array_equal(together.signals[name].values[i][: len(part)], part)
-    assert [r["simulated_time"] for r in together.rows[:3]] == [0.3, 0.5, 0.4]
+    assert [r["simulated_time"] for r in together.rows[:4]] == [0.3, 0.5, 0.4, 0.3]
 
 
 def test_without_contact_nothing_collides():

@@ -12,7 +12,7 @@ from marine_mj import frames, hydrodynamics, suite
 from marine_mj.errors import ModelError, ScenarioError, SimulationError
 from marine_mj.scenario import Scenario
 from marine_mj.scene import build_scene, compile_scene, scene_from_log
-from marine_mj.simulation import Log, run
+from marine_mj.simulation import Log, run, run_batch
 from marine_mj.tasks import build_environment
 from marine_mj.tasks.docking_physics import DockingPhysics
 
@@ -245,6 +245,21 @@ def test_goal_offset_shifts_the_target():
     env.step(np.array([0.0, 1.0, 0.0]))
     moved = env.task.signals(env.physics)["target_ned"] - before
     assert 0.15 < np.linalg.norm(moved) < 0.25
+
+
+def test_goal_bias_shifts_the_entry_with_its_sign():
+    """In calm water, FRD as the errors at the capture: forward and bow up, backward and down."""
+    base = Scenario.load("docking_thesis").with_values({"sea.sea_state": 0, "duration": 15.0})
+    bias = np.array([0.2, 0, 0, 0, 0.1, 0])
+    key = "task.settings.plan.goal_bias"
+    rows = run_batch(base, [{}, {key: bias.tolist()}, {key: (-bias).tolist()}]).rows
+    alone = run_batch(base, [{key: bias.tolist()}]).rows[0]
+    assert alone["capture"] == rows[1]["capture"]  # the same bits in a stacked plan
+    for name, expected in (("surge_error", 0.2), ("pitch_error", 0.1)):
+        plain, forward, backward = (row["capture"][name] for row in rows)
+        # The way to a goal 5 cm beyond the aperture: measured 0.205 m and 0.100 rad.
+        assert forward - plain == pytest.approx(expected, rel=0.05)
+        assert backward - plain == pytest.approx(-expected, rel=0.05)
 
 
 def test_what_is_only_seen_does_not_move_anything():

@@ -7,6 +7,7 @@ import pytest
 from marine_mj.controllers import DockingGuidance, DockingPlan, Latch, Phase, RigidState
 
 from marine_mj.errors import ScenarioError
+from marine_mj.frames import quaternion_from_euler
 
 LEVEL = np.array([1.0, 0, 0, 0])
 PERIOD = 0.01
@@ -50,6 +51,28 @@ def test_waypoints_of_the_reference_in_order():
     command, state = update(guidance, state, at(10, 0, -0.5), latched=True)
     assert state.phase == Phase.LATCHED
     np.testing.assert_allclose(command.push, 0)
+
+
+def test_goal_bias_moves_the_goal_in_the_axes_of_the_dock_and_nothing_else():
+    """Axes of the dock: 0.1 m forward is 0.1 m north only where the dock is level and north."""
+    turned = RigidState(CARRIER.position, quaternion_from_euler([0, 0.3, 0.5 * np.pi]), np.zeros(6))
+    aperture, seat = (turned.attached([0, 0, z]) for z in (-1.0, -0.5))
+    biased = DockingGuidance(DockingPlan(goal_bias=(0.1, 0.05, 0.02, 0.0, 0.2, 0.0)))
+    for phase in Phase:
+        plain, other = (
+            g.target(replace(g.initial(), phase=np.array(phase)), turned, aperture, seat)
+            for g in (DockingGuidance(), biased)
+        )
+        shift = other.position - plain.position
+        if phase != Phase.ENTER:
+            np.testing.assert_array_equal(shift, 0)
+            continue
+        # yawed by 90 deg, then pitched by 0.3: forward, port and up of the dock in the world
+        c, s = np.cos(0.3), np.sin(0.3)
+        axes = np.array([[0, c, -s], [-1, 0, 0], [0, s, c]])
+        np.testing.assert_allclose(shift, [0.1, 0.05, 0.02] @ axes, atol=1e-12)
+        attitude = quaternion_from_euler([0, 0.5, 0.5 * np.pi])
+        np.testing.assert_allclose(other.quaternion, attitude, atol=1e-12)
 
 
 def test_crossing_before_waypoint_2_or_outside_the_aperture_does_not_count():
@@ -257,3 +280,5 @@ def test_refusals():
         DockingPlan(acceptance=-1)
     with pytest.raises(ScenarioError, match="6 factors"):
         DockingPlan(contact_scale=(1.0,))
+    with pytest.raises(ScenarioError, match=r"goal_bias needs 6 values, got \(0\.1, 0\.2\)"):
+        DockingPlan(goal_bias=(0.1, 0.2))

@@ -28,6 +28,7 @@ class Settings:
             surface.
         method: boundary integral equation, see `solve`.
         drift: add the mean wave drift of the far field; takes the indirect method.
+        shelter: keep what `shelter_of` needs; takes the indirect method.
         repair: see `read_mesh`.
         roll_damping, pitch_damping: viscous shares of critical damping.
         viscous: (6, 6) viscous damping matrix, flattened or diagonal, N s/m ... N m s.
@@ -53,12 +54,18 @@ class Settings:
     submerged: bool | None = None
     method: str = "direct"
     drift: bool = False
+    shelter: bool = False
     repair: bool = False
     roll_damping: float = 0.0
     pitch_damping: float = 0.0
     viscous: tuple[float, ...] | None = None
     quadratic: tuple[float, ...] | None = None
     amplitude: float = 1.0
+
+    @property
+    def needs_sources(self) -> bool:
+        """Whether the sources on the panels are used, which only the indirect method has."""
+        return self.drift or self.shelter
 
 
 def check_settings(s: Settings) -> None:

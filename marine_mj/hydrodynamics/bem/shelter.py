@@ -10,6 +10,7 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics.bem.solver import Solution, capytaine
 from marine_mj.hydrodynamics.raos import DOFS
+from marine_mj.hydrodynamics.table import MAX_SHELTER_MODES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,6 +21,35 @@ if TYPE_CHECKING:
 RESIDUE = 0.08
 #: Weight of a frequency in it: amplitudes of a wind sea fall like omega^-2.5 (spectrum omega^-5).
 TAIL = -2.5
+# Nodes of the grid, ours, chosen at the USV box and in breadths of the hull, the length over which
+# a disturbance dies: between its ends, beyond its ends and sides, below its keel; across the hull
+# in half breadths. On the outermost ones the field is zero.
+_ALONG, _AHEAD, _BESIDE = 1 / 3, (1 / 3, 2 / 3, 7 / 6), (1 / 3, 5 / 6)
+_ACROSS = (-1, -8 / 15, 0, 8 / 15, 1)
+_BELOW = (1 / 15, 1 / 6, 0.3, 7 / 15, 11 / 15, 17 / 15, 1.8, 2.8)
+
+
+def shelter_grid(
+    low: Array, high: Array, panel: float, depth: float = np.inf
+) -> tuple[Array, Array, Array]:
+    """x, y and z [m] of the nodes of a shelter database, ascending, denser near the hull.
+
+    Args:
+        low, high: (3,) extent of the wetted hull, z = 0 is the still water surface, m.
+        panel: size of the panels, m: the field is not resolved nearer to them.
+        depth: of the water, m.
+    """
+    breadth = float(high[1] - low[1])
+    steps = int(np.ceil((high[0] - low[0]) / breadth / _ALONG - 1e-9))
+    along = np.linspace(low[0], high[0], steps + 1)
+    across = 0.5 * (low[1] + high[1]) + 0.5 * breadth * np.array(_ACROSS)
+    ahead, beside, below = (breadth * np.array(step) for step in (_AHEAD, _BESIDE, _BELOW))
+    z = low[2] - np.unique(np.maximum(below, panel))[::-1]
+    return (
+        np.r_[low[0] - ahead[::-1], along, high[0] + ahead],
+        np.r_[low[1] - beside[::-1], across, high[1] + beside],
+        z[z > -depth],
+    )
 
 
 def disturbance(
@@ -72,19 +102,22 @@ def shelter_database(
     motions: NDArray[np.complex128],
     axes: Sequence[Array],
     attributes: Mapping[str, Any],
+    origin: Array | None = None,
 ) -> "xr.Dataset":
     """Dataset of the disturbance of a hull on a grid, as a few modes in space.
 
     Singular values of the disturbance over all frequencies and directions give spatial modes
     `field` (x, y, z, axis, mode), real and orthonormal, and their complex strengths
     `shelter_strength` per metre of amplitude; their product is the velocity. As many modes are
-    kept as leave `RESIDUE` of it out, frequencies weighted by omega^-2.5. On the outermost nodes
-    of the grid, but for the shallowest, the field is set to zero: there it fades out.
+    kept as leave `RESIDUE` of it out, frequencies weighted by omega^-2.5, at most those that the
+    kernels take. On the outermost nodes of the grid, but for the shallowest, the field is set to
+    zero: there it fades out.
 
     Args:
         solution, motions: see `disturbance`.
         axes: ascending x, y and z of the grid, m, in the hull's axes about its origin.
         attributes: of the dataset.
+        origin: (3,) of those axes in the solution's frame, m; default (0, 0, 0).
 
     Raises:
         ModelError: an axis has less than three values or does not rise, or see `disturbance`.
@@ -98,7 +131,7 @@ def shelter_database(
     inner = np.zeros(shape, dtype=bool)
     inner[1:-1, 1:-1, 1:] = True
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)[inner]
-    velocity = disturbance(solution, motions, points)
+    velocity = disturbance(solution, motions, points if origin is None else points + origin)
     n, m = velocity.shape[:2]
     columns = velocity.reshape(n * m, -1)
     weight = np.repeat(solution.omega**TAIL, m)[:, None]
@@ -107,7 +140,7 @@ def shelter_database(
         np.concatenate([weighted.real, weighted.imag]).T, full_matrices=False
     )
     rest = np.sqrt(np.cumsum(size[::-1] ** 2)[::-1] / (size**2).sum())
-    count = int((rest > RESIDUE).sum())
+    count = min(int((rest > RESIDUE).sum()), MAX_SHELTER_MODES)
     modes = left[:, :count]
     field = np.zeros((*shape, 3, count))
     field[inner] = modes.reshape(-1, 3, count)

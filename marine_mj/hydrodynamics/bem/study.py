@@ -1,39 +1,21 @@
-"""From a mesh to a wave database: the steps of `marine-mj hydro`."""
+"""From a mesh to a hull in still water: the first steps of `marine-mj hydro`."""
 
-import dataclasses
 import hashlib
-import json
-from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from marine_mj.environment import wavenumber
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
-from marine_mj.hydrodynamics.bem.database import hydrostatic_variables, wave_database
-from marine_mj.hydrodynamics.bem.drift import database_drift
 from marine_mj.hydrodynamics.bem.find import find_hull
 from marine_mj.hydrodynamics.bem.panels import Panels, from_triangles, is_mirrored, lid
-from marine_mj.hydrodynamics.bem.rao import (
-    drag_motion_raos,
-    motion_raos,
-    natural_periods,
-    viscous_damping,
-)
 from marine_mj.hydrodynamics.bem.remesh import remesh
 from marine_mj.hydrodynamics.bem.rigid_body import RigidBody, rigid_body
 from marine_mj.hydrodynamics.bem.settings import Settings, check_settings
-from marine_mj.hydrodynamics.bem.solver import Solution, check_panels, solve
 from marine_mj.hydrodynamics.cut import cut
 from marine_mj.hydrodynamics.hydrostatics import Hydrostatics, hydrostatics
 from marine_mj.hydrodynamics.mesh import HullMesh, read_mesh
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Panels of the whole hull that the default panel size aims at.
 DEFAULT_PANELS = 700
@@ -41,7 +23,6 @@ DEFAULT_PANELS = 700
 SNAP = 1e-6
 #: Default frequencies over sqrt(g / L): waves from 60 to 1/4 hull lengths.
 DEFAULT_OMEGA = np.linspace(0.32, 5.0, 40)
-DEFAULT_DIRECTIONS = np.radians(np.arange(0.0, 360.0, 15.0))
 
 
 @dataclass(frozen=True)
@@ -145,6 +126,11 @@ def read_hull(name: str, settings: Settings | None = None) -> Hull:
     mesh = mesh.moved(shift)
     under = top <= level
     unbounded = under if settings.submerged is None else settings.submerged
+    if unbounded and settings.shelter:
+        raise ModelError(
+            f"shelter of {file.name}, which is taken as deeply submerged: allowed is a hull in "
+            "waves; give --waves or leave out --shelter"
+        )
     notes = []
     if under and settings.submerged is None:
         notes.append(
@@ -197,115 +183,6 @@ def read_hull(name: str, settings: Settings | None = None) -> Hull:
         settings,
         tuple(notes),
     )
-
-
-def analyse(
-    hull: Hull,
-    size: float | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> "xr.Dataset":
-    """Wave database of a hull: radiation, wave loads, hydrostatics and RAOs.
-
-    Args:
-        hull: see `read_hull`.
-        size: panel size instead of that of the settings, m.
-        progress: called with (solved, all) frequencies.
-
-    Raises:
-        ModelError: Capytaine is missing, the panels are too few or too many, or the viscous
-            damping is refused.
-    """
-    s = hull.settings
-    size = size or hull.panel_size()
-    panels, cover = hull.panels(size)
-    notes = [*hull.notes, *check_panels(panels, hull.omega(), s.gravity)]
-    solution = solve(
-        panels,
-        cover,
-        omega=hull.omega(),
-        directions=DEFAULT_DIRECTIONS if s.directions is None else np.asarray(s.directions),
-        density=s.density,
-        gravity=s.gravity,
-        depth=s.depth,
-        origin=hull.origin,
-        unbounded=hull.unbounded,
-        method="indirect" if s.drift else s.method,
-        keep=s.drift,
-        progress=progress,
-    )
-    meshed = hydrostatics(*panels.triangles())
-    viscous, motions = _response(hull, solution)
-    k = np.array([float(wavenumber(w, s.depth, s.gravity)) for w in solution.omega])
-    deep = "infinite depth" if np.isinf(s.depth) else f"depth {s.depth:g} m"
-    where = "unbounded fluid" if hull.unbounded else f"{deep}, zero speed"
-    attributes = {
-        "title": f"Linear wave response of {hull.name}",
-        "geometry": hull.source,
-        "mesh_sha256": hull.sha256,
-        "mesh": f"{len(panels)} wetted panels of about {size:.3g} m and "
-        f"{0 if cover is None else len(cover)} lid panels against irregular frequencies, "
-        f"{len(panels.mirrors)} mirror planes, {'indirect' if s.drift else s.method} method",
-        "panel_size": size,
-        "panels": len(panels),
-        "panel_volume_error": meshed.volume / hull.still.volume - 1,
-        "asymmetry_before_symmetrising": solution.asymmetry,
-        "water": f"{where}, rho {s.density:g} kg/m3, g {s.gravity:g} m/s2",
-        "origin": "waterline frame " + " ".join(f"{v:.6g}" for v in hull.origin) + " m",
-        "settings": json.dumps({k: _plain(v) for k, v in dataclasses.asdict(s).items()}),
-        "assumptions": "; ".join(notes),
-        "software": ", ".join(
-            f"{package} {version(package)}" for package in ("marine-mj", "capytaine", "numpy")
-        ),
-    }
-    data = wave_database(solution, hull.stiffness, hull.rigid, k, viscous, motions, attributes)
-    data = data.assign(hydrostatic_variables(hull.still, hull.body.center_of_mass, hull.origin))
-    if motions is not None:
-        periods = natural_periods(solution.omega, solution.added_mass, hull.rigid, hull.stiffness)
-        data.attrs["natural_periods"] = json.dumps(periods)
-        if s.drift:
-            data["mean_drift_force"] = database_drift(solution, motions)
-    return data
-
-
-def _plain(value):
-    """A setting for JSON, which knows no infinity."""
-    return "inf" if value == float("inf") else value
-
-
-def _response(hull: Hull, solution: Solution):
-    """Viscous variables and motion RAOs."""
-    s = hull.settings
-    if hull.unbounded:
-        return {}, None
-    C, M = hull.stiffness, hull.rigid
-    args = (solution.omega, solution.added_mass, M, C)
-    variables: dict[str, tuple[Array | float, str]] = {}
-    matrix = np.zeros((6, 6))
-    if s.viscous is not None:
-        values = np.asarray(s.viscous, dtype=float)
-        matrix = np.diag(values) if values.size == 6 else values.reshape(6, 6)
-    for dof, ratio in (("Roll", s.roll_damping), ("Pitch", s.pitch_damping)):
-        if ratio:
-            added = viscous_damping(*args, {dof: ratio})
-            i = 3 if dof == "Roll" else 4
-            variables[f"viscous_{dof.lower()}_damping"] = (
-                float(added[i, i]),
-                f"{ratio:.3g} of critical at the {dof.lower()} natural frequency; in RAO and in "
-                "viscous_damping, not in radiation_damping",
-            )
-            matrix = matrix + added
-    matrix = viscous_damping(*args, {}, matrix)
-    if matrix.any():
-        variables["viscous_damping"] = (matrix, "linear, in RAO, not in radiation_damping")
-    force = solution.froude_krylov + solution.diffraction
-    total = solution.omega, M + solution.added_mass, matrix + solution.damping, C, force
-    if s.quadratic is None:
-        return variables, motion_raos(*total)
-    variables["viscous_quadratic_damping"] = (
-        np.diag(np.asarray(s.quadratic, dtype=float)),
-        f"N s2/m2 ..., linearised in RAO at a wave amplitude of {s.amplitude:g} m",
-    )
-    return variables, drag_motion_raos(*total, np.asarray(s.quadratic), s.amplitude)
 
 
 def _of_vehicle(name: str, body: str, shift: Array) -> RigidBody:

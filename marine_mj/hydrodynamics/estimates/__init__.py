@@ -23,6 +23,7 @@ from marine_mj.hydrodynamics.estimates.ellipsoids import (
     prolate_spheroid_added_mass,
     sphere_added_mass,
 )
+from marine_mj.hydrodynamics.estimates.proximity import cylinder_near_wall
 from marine_mj.hydrodynamics.estimates.scaling import (
     froude_number,
     reynolds_number,
@@ -44,6 +45,7 @@ __all__ = [
     "DragFit",
     "cross_flow_damping",
     "cylinder_added_mass",
+    "cylinder_near_wall",
     "disc_added_mass",
     "ellipsoid_added_mass",
     "ellipsoid_coefficients",

@@ -3,6 +3,7 @@
 from marine_mj.reproduce.sections.base import Section
 from marine_mj.reproduce.sections.design import design_example, sample_size, uptime_table
 from marine_mj.reproduce.sections.distributions import distributions
+from marine_mj.reproduce.sections.multibody import multibody_raos
 from marine_mj.reproduce.sections.navigation import filter_table
 from marine_mj.reproduce.sections.prediction import predicted_states
 from marine_mj.reproduce.sections.scout import added_mass, drag_fit, passive_responses
@@ -25,6 +26,7 @@ SECTIONS = {
         Section("drag", "Drag fit (figure 4.9)", drag_fit),
         Section("passive", "Passive responses of the Scout (table 4.5)", passive_responses),
         Section("raos", "RAOs of the USV by mesh (figure 5.2)", usv_raos),
+        Section("multibody", "Scout below the USV (figures 5.4, 5.5)", multibody_raos, True),
         Section("usv_motion", "Motion of the USV (figure 5.7)", usv_motion),
         Section("5.3", "Table 5.3, largest pitch of the USV", largest_pitch),
         Section("design", "Design example (figure 6.5)", design_example),

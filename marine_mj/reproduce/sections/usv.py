@@ -1,6 +1,9 @@
 """The USV: largest pitch (table 5.3), RAOs by mesh (5.2) and motion in waves (5.7)."""
 
+from collections.abc import Sequence
+
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from marine_mj.environment import SEA_STATES, wavenumber
@@ -11,6 +14,10 @@ from marine_mj.reproduce.sections.base import Job, Outcome, compare, panels
 from marine_mj.simulation import run_batch
 
 Phasors = NDArray[np.complex128]
+#: Label, frequencies (n,) rad/s, RAOs (n,) by degree of freedom, style of the line.
+Curve = tuple[str, Array, dict[str, Phasors], str]
+#: Degrees of freedom in head waves.
+DRAWN = ("Surge", "Heave", "Pitch")
 
 #: Largest pitch in regular waves of the sea states 1 to 12, deg (table 5.3).
 _PITCH = (4.7, 5.3, 5.3, 6.1, 7.4, 9.0, 9.4, 9.0, 9.2, 9.6, 10.0, 10.8)
@@ -89,11 +96,8 @@ def usv_raos(job: Job) -> Outcome:
     from marine_mj.hydrodynamics.bem.rao import rao
 
     omega = read_responses(database_path("dus_v5750_box.nc"), "motion")[0]
-    dofs = ("Surge", "Heave", "Pitch")
-    stored = {dof: rao("dus_v5750_box.nc", omega, 0.0, dof) for dof in dofs}
-    curves: list[tuple[str, Array, dict[str, Phasors], str]] = [
-        ("panels of 0.1 m (stored)", omega, stored, "k-")
-    ]
+    stored = {dof: rao("dus_v5750_box.nc", omega, 0.0, dof) for dof in DRAWN}
+    curves: list[Curve] = [("panels of 0.1 m (stored)", omega, stored, "k-")]
     text = "Wave database of the package (panels of 0.1 m, the study's mesh size)"
     try:
         for i, size in enumerate(_MESHES):
@@ -102,8 +106,20 @@ def usv_raos(job: Job) -> Outcome:
         text += f", and Capytaine on {', '.join(f'{s:g}' for s in _MESHES)} m here."
     except ModelError as error:
         text += f". Coarser meshes are missing: {error}"
+    fine = {dof: abs(complex(rao("dus_v5750_box.nc", 2 * np.pi / 12, 0.0, dof))) for dof in DRAWN}
+    fine["Pitch"] /= float(wavenumber(2 * np.pi / 12))
+    findings = [
+        compare(f"gain of {dof.lower()} in long waves, T 12 s", 1.0, fine[dof], "1", 0.01,
+                "the study gives the curves only as a figure; 1 is their limit")
+        for dof in DRAWN
+    ]  # fmt: skip
+    return Outcome(findings, [job.save(draw_raos(curves), "usv_raos")], text)
+
+
+def draw_raos(curves: Sequence[Curve], highest: float = 1.15) -> Figure:
+    """Gains over lags of surge, heave and pitch over the wave period; gains up to `highest`."""
     figure, axes = panels(2, 3, (13, 6.5), sharex=True)
-    for (top, bottom), dof in zip(axes.T, dofs, strict=True):
+    for (top, bottom), dof in zip(axes.T, DRAWN, strict=True):
         for label, w, found, style in curves:
             value = found[dof] / (wavenumber(w) if dof == "Pitch" else 1.0)
             seen = np.abs(value) > 0.02
@@ -113,20 +129,13 @@ def usv_raos(job: Job) -> Outcome:
             for ax, y in ((top, np.abs(value)), (bottom, angle)):
                 ax.plot(2 * np.pi / w, y, style, ms=3, lw=1.2, label=label)
         unit = "rad per wave slope" if dof == "Pitch" else "m/m"
-        top.set(ylabel=f"{dof.lower()}, gain [{unit}]", xscale="log", ylim=(0, 1.15))
+        top.set(ylabel=f"{dof.lower()}, gain [{unit}]", xscale="log", ylim=(0, highest))
         bottom.set(xlabel="wave period [s]", ylabel="lag [deg]", ylim=(-190, 190))
         bottom.set_yticks([-180, -90, 0, 90, 180])
         bottom.set_xticks([1, 2, 3, 5, 10, 20, 30], ["1", "2", "3", "5", "10", "20", "30"])
         bottom.set_xticks([], minor=True)
     axes[0, 0].legend(fontsize="small")
-    fine = {dof: abs(complex(rao("dus_v5750_box.nc", 2 * np.pi / 12, 0.0, dof))) for dof in dofs}
-    fine["Pitch"] /= float(wavenumber(2 * np.pi / 12))
-    findings = [
-        compare(f"gain of {dof.lower()} in long waves, T 12 s", 1.0, fine[dof], "1", 0.01,
-                "the study gives the curves only as a figure; 1 is their limit")
-        for dof in dofs
-    ]  # fmt: skip
-    return Outcome(findings, [job.save(figure, "usv_raos")], text)
+    return figure
 
 
 def _box_raos(panel: float) -> tuple[Array, dict[str, Phasors]]:
