@@ -14,17 +14,15 @@ from marine_mj.controllers.navigation.planar import (
     PlanarNoise,
     planar_scenario,
 )
+from marine_mj.controllers.navigation.relative_sensors import Camera, Spherical, Usbl
 from marine_mj.controllers.navigation.sensors import (
-    Camera,
     Compass,
     Dvl,
     GaussMarkov,
     Gnss,
     Imu,
     Pressure,
-    Spherical,
     Timing,
-    Usbl,
 )
 
 __all__ = [

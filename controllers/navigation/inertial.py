@@ -29,15 +29,13 @@ from marine_mj.controllers.navigation.error_state import (
 from marine_mj.controllers.navigation.kernels import CORE
 from marine_mj.controllers.navigation.navigator import Estimate
 from marine_mj.controllers.navigation.noise import NoiseStream, as_seeds
+from marine_mj.controllers.navigation.relative_sensors import Camera, Usbl
 from marine_mj.controllers.navigation.sensors import (
-    Camera,
     Compass,
     Dvl,
     GaussMarkov,
     Imu,
     Pressure,
-    Usbl,
-    from_rotation_vector,
 )
 from numpy.typing import NDArray
 from scipy.special import gammainccinv
@@ -320,7 +318,7 @@ class InertialNavigation:
         """Believed carrier with its error taken out, acceleration (..., 6), age (...,) in s."""
         body, acceleration, age = self.carrier.now(state.carrier)
         error = state.kalman.extra[..., :6]
-        turn = from_rotation_vector(error[..., 3:])
+        turn = frames.quaternion_from_rotation_vector(error[..., 3:])
         quaternion = frames.quaternion_multiply(turn, body.quaternion)
         return (
             RigidState(body.position + error[..., :3], quaternion, body.velocity),
