@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 import xarray as xr
-from conftest import one_body
+from conftest import model_error, one_body
 
 import marine_mj
 from marine_mj.errors import ModelError
@@ -146,11 +146,9 @@ def test_memory_never_gives_net_energy():
 def refused(*words, omega=OMEGA, added=None, damping=None, infinite=INFINITE, **options):
     """fit_memory raises a ModelError with these words."""
     A, B = sampled() if len(omega) == 40 else (np.zeros((len(omega), 6, 6)),) * 2
-    with pytest.raises(ModelError) as error:
+    with model_error(*words):
         added = A if added is None else added
         fit_memory(omega, added, B if damping is None else damping, infinite, **options)
-    for word in words:
-        assert word in str(error.value)
 
 
 def test_damping_that_feeds_energy_is_refused():
