@@ -17,7 +17,7 @@ from marine_mj.controllers.demand import Demand
 from marine_mj.controllers.hydrostatics import Hydrostatics, steady_wrench
 from marine_mj.controllers.kinematics import RigidState
 from marine_mj.controllers.observer import ObserverState, VehicleModel, observe
-from marine_mj.controllers.pid import Limits
+from marine_mj.controllers.pid import Limits, hold_positive
 
 from marine_mj import frames
 from marine_mj.errors import ScenarioError
@@ -44,11 +44,7 @@ class LqrWeights:
 
     def __post_init__(self) -> None:
         """Raise ScenarioError for a value that is not positive."""
-        for name in ("integral", "pose", "velocity", "wrench", "speed"):
-            value = np.asarray(getattr(self, name), dtype=float)
-            if not np.all(value > 0):
-                raise ScenarioError(f"LQR weights: {name} must be > 0, got {value}")
-            object.__setattr__(self, name, value)
+        hold_positive(self, "LQR weights", "integral", "pose", "velocity", "wrench", "speed")
 
 
 LQR_WEIGHTS = {

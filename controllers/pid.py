@@ -17,6 +17,19 @@ from marine_mj.frames import Array
 T = TypeVar("T")
 
 
+def hold_positive(settings: object, title: str, *names: str) -> None:
+    """Keep fields of a frozen dataclass as float arrays that are positive.
+
+    Raises:
+        ScenarioError: one is not; the message names `title`, the field and its value.
+    """
+    for name in names:
+        value = np.asarray(getattr(settings, name), dtype=float)
+        if not np.all(value > 0):
+            raise ScenarioError(f"{title}: {name} must be > 0, got {value}")
+        object.__setattr__(settings, name, value)
+
+
 @dataclass(frozen=True)
 class Limits:
     """Lower and upper bound per axis, (n,) or (..., n), in the unit of the output."""

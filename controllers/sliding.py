@@ -14,10 +14,9 @@ from marine_mj.controllers.demand import Demand
 from marine_mj.controllers.hydrostatics import Hydrostatics, steady_wrench
 from marine_mj.controllers.kinematics import RigidState, pose_error
 from marine_mj.controllers.observer import ObserverState, VehicleModel, observe
-from marine_mj.controllers.pid import Limits
+from marine_mj.controllers.pid import Limits, hold_positive
 
 from marine_mj import frames
-from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array
 
 
@@ -39,11 +38,7 @@ class SlidingGains:
 
     def __post_init__(self) -> None:
         """Raise ScenarioError for a value that is not positive."""
-        for name in ("rate", "speed", "reach", "layer"):
-            value = np.asarray(getattr(self, name), dtype=float)
-            if not np.all(value > 0):
-                raise ScenarioError(f"sliding mode: {name} must be > 0, got {value}")
-            object.__setattr__(self, name, value)
+        hold_positive(self, "sliding mode", "rate", "speed", "reach", "layer")
 
 
 SLIDING_GAINS = {

@@ -14,6 +14,7 @@ from marine_mj.controllers.navigation import (
     Gnss,
     Imu,
     Timing,
+    Truth,
     chi_square_bounds,
 )
 from marine_mj.controllers.navigation import error_state as es
@@ -346,12 +347,12 @@ def test_inertial_navigation_gives_the_same_bits_alone():
     np.testing.assert_array_equal(one, three)
     np.testing.assert_array_equal(alone.carrier.position[0], together.carrier.position[0])
     # No leading shape at all, as in the dm_control task.
-    state = inertial().initial(VEHICLE.at(0.0), CARRIER.at(0.0), np.uint64(0))
     bodies = VEHICLE.at(0.0), CARRIER.at(0.0)
+    state = inertial().initial(Truth(*bodies, np.zeros(6), np.zeros(6)), np.uint64(0))
     for step in range(121):
         before, bodies = bodies, (VEHICLE.at(step * T), CARRIER.at(step * T))
         pairs = zip(before, bodies, strict=True)
         gained = [(world_velocity(b) - world_velocity(a)) / T for a, b in pairs]
-        state = inertial().update(state, *bodies, *gained, step).state
+        state = inertial().update(state, Truth(*bodies, *gained), step).state
     np.testing.assert_array_equal(state.kalman.mean, alone.state.kalman.mean[0])
     np.testing.assert_array_equal(state.kalman.covariance, one)
