@@ -5,7 +5,9 @@ from marine_mj.controllers.ar_prediction import ArPredictor
 from marine_mj.controllers.cpv import CPV_GAINS, Cpv, CpvGains, CpvState, cpv_gain_set
 from marine_mj.controllers.cpva import CPVA_GAINS, Cpva, CpvaGains, CpvaState, cpva_gain_set
 from marine_mj.controllers.cruise import CRUISE_LAWS, CruiseGuidance, CruiseState
+from marine_mj.controllers.demand import Demand, Preview
 from marine_mj.controllers.docking import DockFrames, DockingPilot, PilotState
+from marine_mj.controllers.hydrostatics import Hydrostatics
 from marine_mj.controllers.kinematics import (
     Accelerometer,
     RigidState,
@@ -15,12 +17,12 @@ from marine_mj.controllers.kinematics import (
 )
 from marine_mj.controllers.latch import Latch, LatchState
 from marine_mj.controllers.lqr import LQR_WEIGHTS, Lqr, LqrState, LqrWeights
-from marine_mj.controllers.mpc import Mpc, MpcState, Preview
+from marine_mj.controllers.mpc import Mpc, MpcState
 from marine_mj.controllers.mpc_settings import MPC_SETTINGS, MpcSettings
 from marine_mj.controllers.observer import ObserverState, VehicleModel
 from marine_mj.controllers.pid import Limits, Pid, PidGains, PidState
 from marine_mj.controllers.polynomial_prediction import PolynomialPredictor
-from marine_mj.controllers.pose_pid import GAINS, Hydrostatics, PosePid, gain_set, limits_from_frd
+from marine_mj.controllers.pose_pid import GAINS, PosePid, gain_set, limits_from_frd
 from marine_mj.controllers.prediction import KinematicPredictor, Prediction, Predictor
 from marine_mj.controllers.pursuit import PursuitGuidance
 from marine_mj.controllers.sliding import SLIDING_GAINS, SlidingGains, SlidingMode
@@ -46,6 +48,7 @@ __all__ = [
     "CpvaState",
     "CruiseGuidance",
     "CruiseState",
+    "Demand",
     "DockFrames",
     "DockingGuidance",
     "DockingPilot",

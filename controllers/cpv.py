@@ -12,15 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from marine_mj.controllers.kinematics import (
-    RigidState,
-    body_acceleration,
-    pose_error,
-    relative_velocity,
-)
-from marine_mj.controllers.observer import ObserverState, VehicleModel, observe, steady_wrench
-from marine_mj.controllers.pid import Limits, Pid, PidGains, PidState
-from marine_mj.controllers.pose_pid import Hydrostatics
+from marine_mj.controllers.demand import Demand
+from marine_mj.controllers.hydrostatics import Hydrostatics, steady_wrench
+from marine_mj.controllers.kinematics import RigidState
+from marine_mj.controllers.observer import ObserverState, VehicleModel, observe
+from marine_mj.controllers.pid import Limits, Pid, PidGains, PidState, named_gains
 
 from marine_mj import frames
 from marine_mj.errors import ScenarioError
@@ -81,11 +77,7 @@ def cpv_gain_set(name: str) -> CpvGains:
     Raises:
         ScenarioError: the name is not one of `CPV_GAINS`.
     """
-    if name not in CPV_GAINS:
-        raise ScenarioError(
-            f"gains = {name!r} does not exist for cpv; available: {', '.join(CPV_GAINS)}"
-        )
-    return CPV_GAINS[name]
+    return named_gains(CPV_GAINS, name, "cpv")
 
 
 @dataclass(frozen=True)
@@ -146,35 +138,19 @@ class Cpv:
         """State when the thrusters were asked for another wrench (..., 6) than `update` gave."""
         return replace(state, observer=state.observer.asked_for(wrench))
 
-    def update(
-        self,
-        state: CpvState,
-        body: RigidState,
-        target: RigidState,
-        scale: Array | float = 1.0,
-        push: Array | float = 0.0,
-        acceleration: Array | float = 0.0,
-        contact: Array | bool = False,
-    ) -> tuple[Array, CpvState]:
-        """Wrench (..., 6) FLU at the body origin, and the next state.
+    def update(self, state: CpvState, body: RigidState, demand: Demand) -> tuple[Array, CpvState]:
+        """Wrench (..., 6) FLU at the body origin, and the next state; see `Controller.update`.
 
-        Args:
-            state: state after the previous update.
-            body: measured state of the vehicle.
-            target: where it should be and how fast it should move there.
-            scale: (..., 6) factor on the pose error per axis: 0 lets an axis go.
-            push: (..., 3) extra force in world axes NWU, N.
-            acceleration: (..., 6) acceleration of the target, world axes NWU; used with `model`.
-            contact: (...,) bool: forces of contact act on the vehicle, the observer forgets.
+        Without `model` the acceleration of the target does not count.
         """
-        statics, feed_forward = steady_wrench(self.hydrostatics, body, push)
+        statics, feed_forward = steady_wrench(self.hydrostatics, body, demand.push)
         observer = state.observer
         if self.model is not None:
             limits, period = self.velocity.limits, self.velocity.period
-            observer = observe(self.model, limits, period, observer, body, statics, contact)
-            wanted = frames.apply(self.model.inertia, body_acceleration(body, acceleration))
+            observer = observe(self.model, limits, period, observer, body, statics, demand.contact)
+            wanted = frames.apply(self.model.inertia, demand.rates(body))
             feed_forward = feed_forward + wanted - observer.disturbance
-        speed, pose = self.pose.update(state.pose, pose_error(target, body) * scale)
-        slip = relative_velocity(body, target) * (np.asarray(scale) != 0)
-        wrench, velocity = self.velocity.update(state.velocity, speed - slip, feed_forward)
+        speed, pose = self.pose.update(state.pose, demand.error(body))
+        missing = speed - demand.slip(body)
+        wrench, velocity = self.velocity.update(state.velocity, missing, feed_forward)
         return wrench, CpvState(pose, velocity, observer.asked_for(wrench))

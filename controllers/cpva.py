@@ -10,15 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from marine_mj.controllers.kinematics import (
-    RigidState,
-    body_acceleration,
-    pose_error,
-    relative_velocity,
-)
-from marine_mj.controllers.observer import steady_wrench
-from marine_mj.controllers.pid import Limits, Pid, PidGains, PidState
-from marine_mj.controllers.pose_pid import Hydrostatics
+from marine_mj.controllers.demand import Demand
+from marine_mj.controllers.hydrostatics import Hydrostatics, steady_wrench
+from marine_mj.controllers.kinematics import RigidState
+from marine_mj.controllers.pid import Limits, Pid, PidGains, PidState, named_gains
 
 from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array
@@ -87,11 +82,7 @@ def cpva_gain_set(name: str) -> CpvaGains:
     Raises:
         ScenarioError: the name is not one of `CPVA_GAINS`.
     """
-    if name not in CPVA_GAINS:
-        raise ScenarioError(
-            f"gains = {name!r} does not exist for cpva; available: {', '.join(CPVA_GAINS)}"
-        )
-    return CPVA_GAINS[name]
+    return named_gains(CPVA_GAINS, name, "cpva")
 
 
 @dataclass(frozen=True)
@@ -156,37 +147,19 @@ class Cpva:
         """The same state: what the thrusters gave is seen in the acceleration."""
         return state
 
-    def update(
-        self,
-        state: CpvaState,
-        body: RigidState,
-        target: RigidState,
-        scale: Array | float = 1.0,
-        push: Array | float = 0.0,
-        acceleration: Array | float = 0.0,
-        contact: Array | bool = False,
-    ) -> tuple[Array, CpvaState]:
-        """Wrench (..., 6) FLU at the body origin, and the next state.
+    def update(self, state: CpvaState, body: RigidState, demand: Demand) -> tuple[Array, CpvaState]:
+        """Wrench (..., 6) FLU at the body origin, and the next state; see `Controller.update`.
 
-        Args:
-            state: state after the previous update.
-            body: measured state of the vehicle.
-            target: where it should be and how fast it should move there.
-            scale: (..., 6) factor on the pose error per axis: 0 lets an axis go.
-            push: (..., 3) extra force in world axes NWU, N.
-            acceleration: (..., 6) acceleration of the target, world axes NWU.
-            contact: not used here.
+        Contact does not count.
         """
-        _, feed_forward = steady_wrench(self.hydrostatics, body, push)
-        held = np.asarray(scale) != 0
+        _, feed_forward = steady_wrench(self.hydrostatics, body, demand.push)
         first = np.isnan(state.seen)
         period = self.acceleration.period
         gained = np.where(first, 0.0, (body.velocity - state.seen) / period)
-        missing = (body_acceleration(body, acceleration) - gained) * held
-        slip = relative_velocity(body, target) * held
-        speed, pose = self.pose.update(state.pose, pose_error(target, body) * scale)
-        wanted, velocity = self.velocity.update(state.velocity, speed - slip)
+        missing = (demand.rates(body) - gained) * demand.held
+        speed, pose = self.pose.update(state.pose, demand.error(body))
+        wanted, velocity = self.velocity.update(state.velocity, speed - demand.slip(body))
         wrench, last = self.acceleration.update(
-            state.acceleration, wanted * held + missing, feed_forward
+            state.acceleration, wanted * demand.held + missing, feed_forward
         )
         return wrench, CpvaState(pose, velocity, last, body.velocity)

@@ -5,13 +5,14 @@ from typing import Any, Protocol
 
 import numpy as np
 from marine_mj.controllers.cruise import CruiseGuidance
+from marine_mj.controllers.demand import Demand, Preview
 from marine_mj.controllers.kinematics import (
     AccelerationState,
     Accelerometer,
     RigidState,
     acceleration_at,
 )
-from marine_mj.controllers.mpc import Mpc, Preview
+from marine_mj.controllers.mpc import Mpc
 from marine_mj.controllers.prediction import Prediction, Predictor
 from marine_mj.controllers.pursuit import PursuitGuidance
 from marine_mj.controllers.station import StationGuidance
@@ -53,22 +54,19 @@ class DockFrames:
 
 
 class Controller(Protocol):
-    """What the autopilot asks of a controller (`PosePid`, `Cpv`, `Cpva`, `Lqr`, `SlidingMode`)."""
+    """A controller of the autopilot (`PosePid`, `Cpv`, `Cpva`, `Lqr`, `SlidingMode`, `Mpc`)."""
 
     def initial(self, shape: tuple[int, ...] = ()) -> Any:
         """State before the first update."""
 
-    def update(
-        self,
-        state: Any,
-        body: RigidState,
-        target: RigidState,
-        scale: Array | float = 1.0,
-        push: Array | float = 0.0,
-        acceleration: Array | float = 0.0,
-        contact: Array | bool = False,
-    ) -> tuple[Array, Any]:
-        """Wrench (..., 6) FLU at the body origin, and the next state."""
+    def update(self, state: Any, body: RigidState, demand: Demand) -> tuple[Array, Any]:
+        """Wrench (..., 6) FLU at the body origin, and the next state.
+
+        Args:
+            state: state after the previous update.
+            body: measured state of the vehicle.
+            demand: what is asked of it.
+        """
 
     def applied(self, state: Any, wrench: Array) -> Any:
         """State when the thrusters were asked for another wrench than `update` gave."""
@@ -165,8 +163,7 @@ class DockingPilot:
             body, dock, prediction = self.prediction.update(prediction, vehicle, carrier)
             target = self.guidance.target(guidance, dock, *self.frames.states(dock, offset))
         place = np.where(command.riding, dock.position, target.position)
-        order = (
-            body,
+        demand = Demand(
             target,
             command.scale,
             command.push,
@@ -179,9 +176,8 @@ class DockingPilot:
         if isinstance(self.controller, Mpc) and self.preview is not None:
             look = self.preview.update(look, carrier)
             future = self._preview(self.controller, before, guidance, look, carrier, offset)
-            wrench, control = self.controller.update(before, *order, future)
-        else:
-            wrench, control = self.controller.update(before, *order)
+            demand = replace(demand, preview=future)
+        wrench, control = self.controller.update(before, body, demand)
         off = (guidance.phase == Phase.LATCHED)[..., None]
         following = PilotState(guidance, control, motion, prediction, look)
         return np.where(off, 0.0, wrench), command, following

@@ -13,15 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from marine_mj.controllers.kinematics import (
-    RigidState,
-    body_acceleration,
-    pose_error,
-    relative_velocity,
-)
-from marine_mj.controllers.observer import ObserverState, VehicleModel, observe, steady_wrench
-from marine_mj.controllers.pid import Limits
-from marine_mj.controllers.pose_pid import Hydrostatics
+from marine_mj.controllers.demand import Demand
+from marine_mj.controllers.hydrostatics import Hydrostatics, steady_wrench
+from marine_mj.controllers.kinematics import RigidState
+from marine_mj.controllers.observer import ObserverState, VehicleModel, observe
+from marine_mj.controllers.pid import Limits, hold_positive
 
 from marine_mj import frames
 from marine_mj.errors import ScenarioError
@@ -48,11 +44,7 @@ class LqrWeights:
 
     def __post_init__(self) -> None:
         """Raise ScenarioError for a value that is not positive."""
-        for name in ("integral", "pose", "velocity", "wrench", "speed"):
-            value = np.asarray(getattr(self, name), dtype=float)
-            if not np.all(value > 0):
-                raise ScenarioError(f"LQR weights: {name} must be > 0, got {value}")
-            object.__setattr__(self, name, value)
+        hold_positive(self, "LQR weights", "integral", "pose", "velocity", "wrench", "speed")
 
 
 LQR_WEIGHTS = {
@@ -168,46 +160,26 @@ class Lqr:
         """State when the thrusters were asked for another wrench (..., 6) than `update` gave."""
         return LqrState(state.integral, state.observer.asked_for(wrench))
 
-    def update(
-        self,
-        state: LqrState,
-        body: RigidState,
-        target: RigidState,
-        scale: Array | float = 1.0,
-        push: Array | float = 0.0,
-        acceleration: Array | float = 0.0,
-        contact: Array | bool = False,
-    ) -> tuple[Array, LqrState]:
-        """Wrench (..., 6) FLU at the body origin, and the next state.
-
-        Args:
-            state: state after the previous update.
-            body: measured state of the vehicle.
-            target: where it should be and how fast it should move there.
-            scale: (..., 6) factor on the pose error per axis: 0 lets an axis go.
-            push: (..., 3) extra force in world axes NWU, N.
-            acceleration: (..., 6) acceleration of the target, world axes NWU.
-            contact: (...,) bool: forces of contact act on the vehicle, the observer forgets.
-        """
-        statics, feed_forward = steady_wrench(self.hydrostatics, body, push)
+    def update(self, state: LqrState, body: RigidState, demand: Demand) -> tuple[Array, LqrState]:
+        """Wrench (..., 6) FLU at the body origin, and the next state; see `Controller.update`."""
+        statics, feed_forward = steady_wrench(self.hydrostatics, body, demand.push)
         observer = observe(
-            self.model, self.limits, self.period, state.observer, body, statics, contact
+            self.model, self.limits, self.period, state.observer, body, statics, demand.contact
         )
-        wanted = frames.apply(self.model.inertia, body_acceleration(body, acceleration))
+        wanted = frames.apply(self.model.inertia, demand.rates(body))
         feed_forward = feed_forward + wanted - observer.disturbance
-        held = np.asarray(scale) != 0
+        held = demand.held
         per_axis = np.diagonal(self.gain.reshape(*self.gain.shape[:-1], 4, 6), axis1=-3, axis2=-1)
         by_sum, by_error, by_speed = (np.abs(per_axis[..., i, :]) for i in range(3))
         # Far targets: no more error than what the wanted speed balances.
         farthest = self.weights.speed * by_speed / by_error
-        error = np.clip(pose_error(target, body) * scale, -farthest, farthest)
-        slip = relative_velocity(body, target) * held
+        error = np.clip(demand.error(body), -farthest, farthest)
         integral = np.clip(
             state.integral + self.period * error,
             0.5 * self.limits.low / by_sum,
             0.5 * self.limits.high / by_sum,
         )
         beyond = (observer.thrust - feed_forward) * held
-        x = np.concatenate([integral * held, error, slip, beyond], axis=-1)
+        x = np.concatenate([integral * held, error, demand.slip(body), beyond], axis=-1)
         wrench = self.limits.clip(feed_forward - frames.apply(self.gain, x))
         return wrench, LqrState(integral, observer.asked_for(wrench))

@@ -20,6 +20,8 @@ from typing import NamedTuple
 import daqp
 import numpy as np
 from marine_mj.controllers.cpv import Cpv, CpvState
+from marine_mj.controllers.demand import Demand, Preview
+from marine_mj.controllers.hydrostatics import steady_wrench
 from marine_mj.controllers.kinematics import (
     RigidState,
     pose_error,
@@ -29,7 +31,6 @@ from marine_mj.controllers.kinematics import (
 )
 from marine_mj.controllers.lqr import sampled
 from marine_mj.controllers.mpc_settings import MpcSettings
-from marine_mj.controllers.observer import steady_wrench
 from marine_mj.controllers.prediction import displaced, world_velocity
 from marine_mj.controllers.waypoints import CORRIDOR_SLOPE
 from numpy.typing import NDArray
@@ -42,23 +43,6 @@ from marine_mj.frames import Array
 _FREE = 1e30
 # From this step of the horizon on, and at every so many steps, geometry is looked at.
 _LOOK = 5
-
-
-@dataclass(frozen=True)
-class Preview:
-    """What comes over the horizon; the first dimension runs over its N instants.
-
-    Attributes:
-        target: states to reach (N, ...), NWU/FLU.
-        aperture: states of the aperture frame (N, ...), NWU/FLU.
-        corridor: (2,) or (..., 2) half length and half width of the corridor at the aperture, m.
-        entering: (...,) bool: the corridor counts; otherwise the clearance below the aperture.
-    """
-
-    target: RigidState
-    aperture: RigidState
-    corridor: Array
-    entering: NDArray[np.bool_]
 
 
 class Programme(NamedTuple):
@@ -214,40 +198,21 @@ class Mpc:
         """State when the thrusters were asked for another wrench (..., 6) than `update` gave."""
         return replace(state, cascade=self.cascade.applied(state.cascade, wrench))
 
-    def update(
-        self,
-        state: MpcState,
-        body: RigidState,
-        target: RigidState,
-        scale: Array | float = 1.0,
-        push: Array | float = 0.0,
-        acceleration: Array | float = 0.0,
-        contact: Array | bool = False,
-        preview: Preview | None = None,
-    ) -> tuple[Array, MpcState]:
-        """Wrench (..., 6) FLU at the body origin, and the next state.
+    def update(self, state: MpcState, body: RigidState, demand: Demand) -> tuple[Array, MpcState]:
+        """Wrench (..., 6) FLU at the body origin, and the next state; see `Controller.update`.
 
-        Args:
-            state: state after the previous update.
-            body: measured state of the vehicle.
-            target: where it should be and how fast it should move there.
-            scale, push: as in `Cpv.update`; they act in contact only.
-            acceleration: (..., 6) acceleration of the target, world axes NWU.
-            contact: (...,) bool: forces of contact act on the vehicle, the cascade steers.
-            preview: what comes; None: the target keeps its acceleration, nothing is in the way.
+        Scale and push act in contact only, where the cascade steers. Without a preview the target
+        keeps its acceleration and nothing is in the way.
         """
         asked = state.cascade.observer.asked
-        wrench, cascade = self.cascade.update(
-            state.cascade, body, target, scale, push, acceleration, contact
-        )
+        wrench, cascade = self.cascade.update(state.cascade, body, demand)
         statics, _ = steady_wrench(self.cascade.hydrostatics, body, 0.0)
         due = np.asarray(np.mod(state.count, self._every) == 0)
         move, planned, fallback = state.move, state.planned, state.fallback
         failures = state.failures
-        touching = np.broadcast_to(np.asarray(contact, dtype=bool), due.shape)
+        touching = np.broadcast_to(np.asarray(demand.contact, dtype=bool), due.shape)
         if np.any(due):
-            if preview is None:
-                preview = self._assumed(body, target, acceleration)
+            preview = demand.preview or self._assumed(body, demand)
             wanted = due & ~touching
             plan, solved = self._plan(cascade, body, statics, asked, preview, wanted)
             planned = np.where(wanted[..., None], plan, planned)
@@ -259,16 +224,15 @@ class Mpc:
         cascade = self.cascade.applied(cascade, wrench)
         return wrench, MpcState(cascade, move, planned, fallback, failures, state.count + 1.0)
 
-    def _assumed(
-        self, body: RigidState, target: RigidState, acceleration: Array | float
-    ) -> Preview:
+    def _assumed(self, body: RigidState, demand: Demand) -> Preview:
         """Preview of a target that keeps its acceleration, for every vehicle."""
+        target = demand.target
         parts = (target.position, target.quaternion, target.velocity)
         shape = body.position.shape[:-1]
         target = RigidState(*(np.broadcast_to(p, (*shape, p.shape[-1])) for p in parts))
         t = self.times.reshape(-1, *([1] * target.position.ndim))
         v = world_velocity(target)
-        a = np.broadcast_to(np.asarray(acceleration, dtype=float), v.shape)
+        a = np.broadcast_to(np.asarray(demand.acceleration, dtype=float), v.shape)
         future = displaced(target, t * v + 0.5 * t**2 * a, v + t * a)
         # An entry through an aperture that is wide and far above: nothing in the way.
         away = replace(future, position=future.position + np.array([0.0, 0.0, 1e6]))

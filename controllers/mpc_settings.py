@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
+from marine_mj.controllers.pid import hold_positive
 
 from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array
@@ -39,11 +39,7 @@ class MpcSettings:
 
     def __post_init__(self) -> None:
         """Raise ScenarioError for a value that is not positive."""
-        for name in ("pose", "velocity", "wrench", "change"):
-            value = np.asarray(getattr(self, name), dtype=float)
-            if not np.all(value > 0):
-                raise ScenarioError(f"MPC: {name} must be > 0, got {value}")
-            object.__setattr__(self, name, value)
+        hold_positive(self, "MPC", "pose", "velocity", "wrench", "change")
         for name in ("terminal", "step", "sweep", "error_limit"):
             if not getattr(self, name) > 0:
                 raise ScenarioError(f"MPC: {name} must be > 0, got {getattr(self, name)}")

@@ -8,9 +8,8 @@ body axes FLU at the body origin.
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from marine_mj.controllers.kinematics import RigidState, unrotate
+from marine_mj.controllers.kinematics import RigidState
 from marine_mj.controllers.pid import Limits
-from marine_mj.controllers.pose_pid import Hydrostatics
 
 from marine_mj import frames
 from marine_mj.errors import ScenarioError
@@ -107,21 +106,3 @@ def observe(
     most = np.asarray(model.observer_limit)[..., None]
     disturbance = np.clip(disturbance, most * limits.low, most * limits.high)
     return ObserverState(state.asked, thrust, body.velocity, disturbance)
-
-
-def steady_wrench(
-    hydrostatics: Hydrostatics | None, body: RigidState, push: Array | float
-) -> tuple[Array, Array]:
-    """Wrench (..., 6) FLU that cancels the hydrostatics, and the same with an extra force.
-
-    Args:
-        hydrostatics: weight and buoyancy to cancel, None for nothing.
-        body: state of the vehicle.
-        push: (..., 3) extra force in world axes NWU, N.
-    """
-    statics = np.zeros_like(body.velocity)
-    if hydrostatics is not None:
-        statics = hydrostatics.feed_forward(body.rotation)
-    push = np.broadcast_to(np.asarray(push, dtype=float), body.position.shape)
-    extra = np.concatenate([unrotate(body.rotation, push), np.zeros_like(push)], axis=-1)
-    return statics, statics + extra

@@ -5,13 +5,29 @@ integral term clamped to half the output limits, output clipped. No frame of its
 whatever axes the error has.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 
 from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array
+
+T = TypeVar("T")
+
+
+def hold_positive(settings: object, title: str, *names: str) -> None:
+    """Keep fields of a frozen dataclass as float arrays that are positive.
+
+    Raises:
+        ScenarioError: one is not; the message names `title`, the field and its value.
+    """
+    for name in names:
+        value = np.asarray(getattr(settings, name), dtype=float)
+        if not np.all(value > 0):
+            raise ScenarioError(f"{title}: {name} must be > 0, got {value}")
+        object.__setattr__(settings, name, value)
 
 
 @dataclass(frozen=True)
@@ -49,6 +65,19 @@ class PidGains:
             if not np.all(np.isfinite(value)) or np.any(value < 0):
                 raise ScenarioError(f"PID gain {name} must be finite and >= 0, got {value}")
             object.__setattr__(self, name, value)
+
+
+def named_gains(sets: Mapping[str, T], name: str, controller: str) -> T:
+    """Gain set of a controller by its name.
+
+    Raises:
+        ScenarioError: the controller has no such set; the message lists those it has.
+    """
+    if name not in sets:
+        raise ScenarioError(
+            f"gains = {name!r} does not exist for {controller}; available: {', '.join(sets)}"
+        )
+    return sets[name]
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,12 @@ axis, so a table printed for FRD axes holds unchanged in FLU.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from marine_mj.controllers.kinematics import RigidState, pose_error, unrotate
-from marine_mj.controllers.pid import Limits, Pid, PidGains, PidState
+from marine_mj.controllers.demand import Demand
+from marine_mj.controllers.hydrostatics import Hydrostatics, steady_wrench
+from marine_mj.controllers.kinematics import RigidState
+from marine_mj.controllers.pid import Limits, Pid, PidGains, PidState, named_gains
 
-from marine_mj.errors import ScenarioError
-from marine_mj.frames import Array, cross, flip
+from marine_mj.frames import Array, flip
 
 #: Wrench limits of the Scout [X, Y, Z, K, M, N], FRD, N and N m (digest 3.1 and 3.4).
 SCOUT_WRENCH_LOW_FRD = np.array([-152.0, -68.0, -68.0, -5.0, -20.0, -20.0])
@@ -45,40 +46,13 @@ def gain_set(name: str) -> PidGains:
     Raises:
         ScenarioError: the name is not one of `GAINS`.
     """
-    if name not in GAINS:
-        raise ScenarioError(f"gains = {name!r} does not exist; available: {', '.join(GAINS)}")
-    return GAINS[name]
+    return named_gains(GAINS, name, "pose_pid")
 
 
 def limits_from_frd(low: Array, high: Array) -> Limits:
     """Wrench limits in FLU of limits (6,) given in FRD (axes that flip swap their bounds)."""
     bounds = np.stack([flip(low), flip(high)])
     return Limits(bounds.min(axis=0), bounds.max(axis=0))
-
-
-@dataclass(frozen=True)
-class Hydrostatics:
-    """What a submerged body needs to hover.
-
-    Attributes:
-        weight: N.
-        buoyancy: N, fully submerged.
-        center_of_gravity: (3,) from the body origin, FLU, m.
-        center_of_buoyancy: (3,) from the body origin, FLU, m.
-    """
-
-    weight: float
-    buoyancy: float
-    center_of_gravity: Array
-    center_of_buoyancy: Array
-
-    def feed_forward(self, rotation: Array) -> Array:
-        """Wrench (..., 6) FLU that cancels weight and buoyancy at attitude (..., 3, 3)."""
-        up = rotation[..., 2, :]  # world z in body axes
-        weight, buoyancy = (np.asarray(v)[..., None] for v in (self.weight, self.buoyancy))
-        force = (weight - buoyancy) * up
-        arm = weight * self.center_of_gravity - buoyancy * self.center_of_buoyancy
-        return np.concatenate([force, cross(arm, up)], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -113,34 +87,13 @@ class PosePid:
         """State before the first update, for a leading shape."""
         return self.pid.initial(shape)
 
-    def update(
-        self,
-        state: PidState,
-        body: RigidState,
-        target: RigidState,
-        scale: Array | float = 1.0,
-        push: Array | float = 0.0,
-        acceleration: Array | float = 0.0,
-        contact: Array | bool = False,
-    ) -> tuple[Array, PidState]:
-        """Wrench (..., 6) FLU at the body origin, and the next state.
+    def update(self, state: PidState, body: RigidState, demand: Demand) -> tuple[Array, PidState]:
+        """Wrench (..., 6) FLU at the body origin, and the next state; see `Controller.update`.
 
-        Args:
-            state: state after the previous update.
-            body: measured state of the vehicle.
-            target: where it should be.
-            scale: (..., 6) factor on the error per axis: 0 lets an axis go.
-            push: (..., 3) extra force in world axes NWU, N.
-            acceleration: not used here.
-            contact: not used here.
+        Acceleration of the target and contact do not count.
         """
-        wrench = np.zeros_like(body.velocity)
-        if self.hydrostatics is not None:
-            wrench = self.hydrostatics.feed_forward(body.rotation)
-        push = np.broadcast_to(np.asarray(push, dtype=float), body.position.shape)
-        force = wrench[..., :3] + unrotate(body.rotation, push)
-        wrench = np.concatenate([force, wrench[..., 3:]], axis=-1)
-        error = pose_error(target, body) * scale
+        _, wrench = steady_wrench(self.hydrostatics, body, demand.push)
+        error = demand.error(body)
         return self.pid.update(state, self._limited(error), wrench, error)
 
     def applied(self, state: PidState, wrench: Array) -> PidState:

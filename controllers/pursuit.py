@@ -4,7 +4,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from marine_mj.controllers.kinematics import RigidState
-from marine_mj.controllers.waypoints import DockingPlan, GuidanceCommand, GuidanceState, Phase
+from marine_mj.controllers.station import StationGuidance
+from marine_mj.controllers.waypoints import DockingPlan, GuidanceCommand, GuidanceState
 
 from marine_mj import frames
 from marine_mj.frames import Array
@@ -33,10 +34,7 @@ class PursuitGuidance:
 
     def initial(self, shape: tuple[int, ...] = ()) -> GuidanceState:
         """State at the start, for a leading shape; `waited` is its clock."""
-        attempts = np.zeros(shape, dtype=int)
-        phase = np.full(shape, int(Phase.ENTER))
-        zero = np.zeros(shape)
-        return GuidanceState(phase, np.full(shape, -np.inf), zero, attempts, zero, zero, zero)
+        return StationGuidance(plan=self.plan).initial(shape)
 
     def update(
         self,

@@ -10,18 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from marine_mj.controllers.kinematics import (
-    RigidState,
-    body_acceleration,
-    pose_error,
-    relative_velocity,
-)
-from marine_mj.controllers.observer import ObserverState, VehicleModel, observe, steady_wrench
-from marine_mj.controllers.pid import Limits
-from marine_mj.controllers.pose_pid import Hydrostatics
+from marine_mj.controllers.demand import Demand
+from marine_mj.controllers.hydrostatics import Hydrostatics, steady_wrench
+from marine_mj.controllers.kinematics import RigidState, pose_error
+from marine_mj.controllers.observer import ObserverState, VehicleModel, observe
+from marine_mj.controllers.pid import Limits, hold_positive
 
 from marine_mj import frames
-from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array
 
 
@@ -43,11 +38,7 @@ class SlidingGains:
 
     def __post_init__(self) -> None:
         """Raise ScenarioError for a value that is not positive."""
-        for name in ("rate", "speed", "reach", "layer"):
-            value = np.asarray(getattr(self, name), dtype=float)
-            if not np.all(value > 0):
-                raise ScenarioError(f"sliding mode: {name} must be > 0, got {value}")
-            object.__setattr__(self, name, value)
+        hold_positive(self, "sliding mode", "rate", "speed", "reach", "layer")
 
 
 SLIDING_GAINS = {
@@ -89,37 +80,20 @@ class SlidingMode:
         return state.asked_for(wrench)
 
     def update(
-        self,
-        state: ObserverState,
-        body: RigidState,
-        target: RigidState,
-        scale: Array | float = 1.0,
-        push: Array | float = 0.0,
-        acceleration: Array | float = 0.0,
-        contact: Array | bool = False,
+        self, state: ObserverState, body: RigidState, demand: Demand
     ) -> tuple[Array, ObserverState]:
-        """Wrench (..., 6) FLU at the body origin, and the next state.
-
-        Args:
-            state: state after the previous update.
-            body: measured state of the vehicle.
-            target: where it should be and how fast it should move there.
-            scale: (..., 6) factor on the pose error per axis: 0 lets an axis go.
-            push: (..., 3) extra force in world axes NWU, N.
-            acceleration: (..., 6) acceleration of the target, world axes NWU.
-            contact: (...,) bool: forces of contact act on the vehicle, the observer forgets.
-        """
+        """Wrench (..., 6) FLU at the body origin, and the next state; see `Controller.update`."""
         gains = self.gains
         rate, speed = np.asarray(gains.rate), np.asarray(gains.speed)
-        statics, feed_forward = steady_wrench(self.hydrostatics, body, push)
-        state = observe(self.model, self.limits, self.period, state, body, statics, contact)
-        slip = relative_velocity(body, target) * (np.asarray(scale) != 0)
-        free = rate * pose_error(target, body) * scale
+        statics, feed_forward = steady_wrench(self.hydrostatics, body, demand.push)
+        state = observe(self.model, self.limits, self.period, state, body, statics, demand.contact)
+        slip = demand.slip(body)
+        free = rate * pose_error(demand.target, body) * demand.scale
         wanted = np.minimum(np.maximum(free, -speed), speed)
         # On the surface the wanted speed changes as the error does, where it is not limited.
         change = np.where(wanted == free, -rate * slip, 0.0)
         pull = np.clip((wanted - slip) / gains.layer, -1.0, 1.0) * gains.reach
-        rates = body_acceleration(body, acceleration) + change + pull
+        rates = demand.rates(body) + change + pull
         wrench = feed_forward + frames.apply(self.model.inertia, rates) - state.disturbance
         wrench = self.limits.clip(wrench)
         return wrench, state.asked_for(wrench)

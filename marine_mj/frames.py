@@ -192,6 +192,13 @@ def rotation_vector(quaternion: ArrayLike) -> Array:
     return _rotation_vector(np.asarray(quaternion, dtype=float), FLIP3)
 
 
+def quaternion_from_rotation_vector(vector: ArrayLike) -> Array:
+    """Quaternion (..., 4) wxyz of a rotation vector (..., 3), rad."""
+    vector = np.asarray(vector, dtype=float)
+    half = 0.5 * np.sqrt(np.sum(vector**2, axis=-1))[..., None]
+    return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * vector], axis=-1)
+
+
 def quaternion_multiply(a: ArrayLike, b: ArrayLike) -> Array:
     """Hamilton product (..., 4) wxyz of `a` and `b`."""
     return _multiply(np.asarray(a, dtype=float), np.asarray(b, dtype=float))

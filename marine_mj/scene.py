@@ -14,7 +14,7 @@ from marine_mj.environment import Environment
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics import table
-from marine_mj.hydrodynamics.coefficients import SCALABLE
+from marine_mj.hydrodynamics.numerics import SCALABLE
 from marine_mj.library import find_model
 from marine_mj.scenario import HeadingControl, Scenario, Vehicle
 from marine_mj.weather import environment_of

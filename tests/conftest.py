@@ -1,15 +1,24 @@
-"""Shared building blocks of the tests: small models written as MJCF."""
+"""Shared building blocks of the tests: small models written as MJCF, and refusals."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
 
 import marine_mj  # noqa: F401  (installs the native callbacks)
+from marine_mj.errors import ModelError
 from marine_mj.frames import skew
 
 
 def numbers(values) -> str:
     """Numbers as MJCF text without loss of digits."""
     return " ".join(repr(float(v)) for v in np.ravel(values))
+
+
+def numeric(quantity, data, body="a") -> str:
+    """A numeric of a body."""
+    return f'<numeric name="{body}.{quantity}" data="{data}"/>'
 
 
 def one_body(
@@ -45,6 +54,21 @@ def one_body(
     </mujoco>"""
 
 
+def with_database(name, owner="a") -> str:
+    """MJCF of the body `a` with a wave database, which may be another one's."""
+    text = f'<text name="{owner}.wave_database" data="{name}"/>'
+    return one_body(added_mass=np.ones(6), numerics=text)
+
+
+@contextmanager
+def model_error(*parts) -> Iterator[None]:
+    """Expect a ModelError with all parts in its message."""
+    with pytest.raises(ModelError) as error:
+        yield
+    for part in parts:
+        assert part in str(error.value), str(error.value)
+
+
 def random_added_mass(seed=0, scale=3.0):
     """Random full, coupled, positive definite 6x6."""
     B = np.random.default_rng(seed).normal(size=(6, 6))
@@ -68,3 +92,9 @@ def kirchhoff(M, nu):
 def rng():
     """Seeded generator."""
     return np.random.default_rng(7)
+
+
+@pytest.fixture
+def log_elsewhere(tmp_path, monkeypatch):
+    """MuJoCo writes its warnings to MUJOCO_LOG.TXT in the working folder."""
+    monkeypatch.chdir(tmp_path)

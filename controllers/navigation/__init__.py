@@ -5,7 +5,7 @@ from marine_mj.controllers.navigation.consistency import chi_square_bounds, nees
 from marine_mj.controllers.navigation.error_state import ErrorState, ErrorStateFilter
 from marine_mj.controllers.navigation.inertial import Aid, InertialNavigation
 from marine_mj.controllers.navigation.kernels import kalman_update
-from marine_mj.controllers.navigation.navigator import Estimate, Navigator, PerfectNavigation
+from marine_mj.controllers.navigation.navigator import Estimate, Navigator, PerfectNavigation, Truth
 from marine_mj.controllers.navigation.noise import NoiseStream
 from marine_mj.controllers.navigation.planar import (
     PLANAR_SCENARIOS,
@@ -14,17 +14,15 @@ from marine_mj.controllers.navigation.planar import (
     PlanarNoise,
     planar_scenario,
 )
+from marine_mj.controllers.navigation.relative_sensors import Camera, Spherical, Usbl
 from marine_mj.controllers.navigation.sensors import (
-    Camera,
     Compass,
     Dvl,
     GaussMarkov,
     Gnss,
     Imu,
     Pressure,
-    Spherical,
     Timing,
-    Usbl,
 )
 
 __all__ = [
@@ -50,6 +48,7 @@ __all__ = [
     "Pressure",
     "Spherical",
     "Timing",
+    "Truth",
     "Usbl",
     "chi_square_bounds",
     "kalman_update",

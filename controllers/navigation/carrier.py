@@ -7,7 +7,7 @@ from marine_mj.controllers.kinematics import RigidState, rotate, unrotate
 from marine_mj.controllers.navigation.error_state import ErrorState, ErrorStateFilter, satellite
 from marine_mj.controllers.navigation.kernels import CORE
 from marine_mj.controllers.navigation.noise import NoiseStream
-from marine_mj.controllers.navigation.sensors import Gnss, Imu, Timing, from_rotation_vector
+from marine_mj.controllers.navigation.sensors import Gnss, Imu, Timing
 from numpy.typing import NDArray
 
 from marine_mj import frames
@@ -187,7 +187,9 @@ class CarrierNavigation:
         moved = twist * first + rate * second
         velocity = twist * c + rate * first
         acceleration = rate * c - w**2 * twist * first
-        quaternion = frames.quaternion_multiply(from_rotation_vector(moved[..., 3:]), m[..., 3:7])
+        quaternion = frames.quaternion_multiply(
+            frames.quaternion_from_rotation_vector(moved[..., 3:]), m[..., 3:7]
+        )
         turn = frames.rotation_from_quaternion(quaternion)
         nu = [unrotate(turn, velocity[..., :3]), unrotate(turn, velocity[..., 3:])]
         body = RigidState(m[..., :3] + moved[..., :3], quaternion, np.concatenate(nu, axis=-1))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from marine_mj.controllers.kinematics import RigidState, rotate, unrotate
 from marine_mj.controllers.navigation.kernels import CORE, inertial_predict, kalman_update
-from marine_mj.controllers.navigation.sensors import Imu, from_rotation_vector
+from marine_mj.controllers.navigation.sensors import Imu
 
 from marine_mj import frames
 from marine_mj.frames import Array
@@ -161,7 +161,9 @@ def _injected(state: ErrorState, error: Array) -> ErrorState:
     """State with an error (..., n) put into its mean."""
     mean = state.mean.copy()
     mean[..., :6] += error[..., :6]
-    turned = frames.quaternion_multiply(mean[..., 6:10], from_rotation_vector(error[..., ATTITUDE]))
+    turned = frames.quaternion_multiply(
+        mean[..., 6:10], frames.quaternion_from_rotation_vector(error[..., ATTITUDE])
+    )
     mean[..., 6:10] = turned / np.linalg.norm(turned, axis=-1)[..., None]
     mean[..., 10:] += error[..., 9:]
     return ErrorState(mean, state.covariance, state.rate)

@@ -27,17 +27,15 @@ from marine_mj.controllers.navigation.error_state import (
     transposed,
 )
 from marine_mj.controllers.navigation.kernels import CORE
-from marine_mj.controllers.navigation.navigator import Estimate
+from marine_mj.controllers.navigation.navigator import Estimate, Truth
 from marine_mj.controllers.navigation.noise import NoiseStream, as_seeds
+from marine_mj.controllers.navigation.relative_sensors import Camera, Usbl
 from marine_mj.controllers.navigation.sensors import (
-    Camera,
     Compass,
     Dvl,
     GaussMarkov,
     Imu,
     Pressure,
-    Usbl,
-    from_rotation_vector,
 )
 from numpy.typing import NDArray
 from scipy.special import gammainccinv
@@ -152,11 +150,7 @@ class InertialNavigation:
         return ErrorStateFilter(self.imu, self.period, self.gravity, keep, drive)
 
     def initial(
-        self,
-        vehicle: RigidState,
-        carrier: RigidState,
-        seeds: NDArray[np.uint64],
-        shape: tuple[int, ...] = (),
+        self, truth: Truth, seeds: NDArray[np.uint64], shape: tuple[int, ...] = ()
     ) -> InertialState:
         """State at the start, its errors drawn from `start`."""
         seeds = as_seeds(seeds, shape)
@@ -171,9 +165,9 @@ class InertialNavigation:
 
         return InertialState(
             seeds=seeds,
-            kalman=self.kalman.start(vehicle, deviations, noise),
+            kalman=self.kalman.start(truth.vehicle, deviations, noise),
             bias=deviations[9:15] * noise[..., 9:15],
-            carrier=self.carrier.initial(carrier, seeds, shape),
+            carrier=self.carrier.initial(truth.carrier, seeds, shape),
             camera=nothing(6),
             usbl=nothing(3),
             used=np.zeros((*shape, len(Aid))),
@@ -181,24 +175,16 @@ class InertialNavigation:
             nis=np.full((*shape, len(Aid)), np.nan),
         )
 
-    def update(
-        self,
-        state: InertialState,
-        vehicle: RigidState,
-        carrier: RigidState,
-        vehicle_acceleration: Array,
-        carrier_acceleration: Array,
-        step: int,
-    ) -> Estimate:
+    def update(self, state: InertialState, truth: Truth, step: int) -> Estimate:
         """Estimate at a step; see `Navigator.update`."""
         if step > 0:
             heard = self.carrier.update(
-                state.carrier, carrier, carrier_acceleration, state.seeds, step
+                state.carrier, truth.carrier, truth.carrier_acceleration, state.seeds, step
             )
             state = replace(state, carrier=heard)
-            state = self._strapdown(state, vehicle, vehicle_acceleration, step)
-            state = self._prompt(state, vehicle, step)
-            state = self._delayed(state, vehicle, carrier, step)
+            state = self._strapdown(state, truth.vehicle, truth.vehicle_acceleration, step)
+            state = self._prompt(state, truth.vehicle, step)
+            state = self._delayed(state, truth.vehicle, truth.carrier, step)
         believed, acceleration, _ = self._carrier(state)
         return Estimate(state.kalman.body, believed, acceleration, state)
 
@@ -320,7 +306,7 @@ class InertialNavigation:
         """Believed carrier with its error taken out, acceleration (..., 6), age (...,) in s."""
         body, acceleration, age = self.carrier.now(state.carrier)
         error = state.kalman.extra[..., :6]
-        turn = from_rotation_vector(error[..., 3:])
+        turn = frames.quaternion_from_rotation_vector(error[..., 3:])
         quaternion = frames.quaternion_multiply(turn, body.quaternion)
         return (
             RigidState(body.position + error[..., :3], quaternion, body.velocity),

@@ -11,6 +11,23 @@ from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array
 
 
+class Truth(NamedTuple):
+    """True motion of both bodies at one moment.
+
+    Attributes:
+        vehicle: state of the vehicle, NWU/FLU.
+        carrier: state of the body that carries the dock, NWU/FLU.
+        vehicle_acceleration: (..., 6) mean acceleration of the vehicle's origin and rotation since
+            the previous update, world axes NWU, m/s2, rad/s2; 0 at the start.
+        carrier_acceleration: (..., 6) the same of the carrier.
+    """
+
+    vehicle: RigidState
+    carrier: RigidState
+    vehicle_acceleration: Array
+    carrier_acceleration: Array
+
+
 class Estimate(NamedTuple):
     """What navigation believes at one moment.
 
@@ -30,33 +47,15 @@ class Estimate(NamedTuple):
 class Navigator(Protocol):
     """From the truth of a simulation to what its controllers may know."""
 
-    def initial(
-        self,
-        vehicle: RigidState,
-        carrier: RigidState,
-        seeds: NDArray[np.uint64],
-        shape: tuple[int, ...] = (),
-    ) -> Any:
-        """State at the start of runs with these true states and noise seeds (...,)."""
+    def initial(self, truth: Truth, seeds: NDArray[np.uint64], shape: tuple[int, ...] = ()) -> Any:
+        """State at the start of runs with noise seeds (...,)."""
 
-    def update(
-        self,
-        state: Any,
-        vehicle: RigidState,
-        carrier: RigidState,
-        vehicle_acceleration: Array,
-        carrier_acceleration: Array,
-        step: int,
-    ) -> Estimate:
+    def update(self, state: Any, truth: Truth, step: int) -> Estimate:
         """Estimate at a step.
 
         Args:
             state: state after the previous update.
-            vehicle: true state of the vehicle, NWU/FLU.
-            carrier: true state of the carrier.
-            vehicle_acceleration: (..., 6) true mean acceleration of its origin and rotation since
-                the previous update, world axes NWU, m/s2, rad/s2.
-            carrier_acceleration: (..., 6) the same of the carrier.
+            truth: true states at this step.
             step: number of the update: 0 at the start, then 1, 2, ...
         """
 
@@ -65,26 +64,12 @@ class Navigator(Protocol):
 class PerfectNavigation:
     """The truth."""
 
-    def initial(
-        self,
-        vehicle: RigidState,
-        carrier: RigidState,
-        seeds: NDArray[np.uint64],
-        shape: tuple[int, ...] = (),
-    ) -> None:
+    def initial(self, truth: Truth, seeds: NDArray[np.uint64], shape: tuple[int, ...] = ()) -> None:
         """Nothing has to be remembered."""
 
-    def update(
-        self,
-        state: None,
-        vehicle: RigidState,
-        carrier: RigidState,
-        vehicle_acceleration: Array,
-        carrier_acceleration: Array,
-        step: int,
-    ) -> Estimate:
+    def update(self, state: None, truth: Truth, step: int) -> Estimate:
         """The true states."""
-        return Estimate(vehicle, carrier, carrier_acceleration, None)
+        return Estimate(truth.vehicle, truth.carrier, truth.carrier_acceleration, None)
 
 
 def whole_steps(name: str, time: float, period: float, least: int = 1) -> int:

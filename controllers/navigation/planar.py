@@ -17,7 +17,7 @@ from marine_mj.controllers.kinematics import (
     unrotate,
 )
 from marine_mj.controllers.navigation.kernels import kalman_update, planar_predict
-from marine_mj.controllers.navigation.navigator import Estimate, whole_steps
+from marine_mj.controllers.navigation.navigator import Estimate, Truth, whole_steps
 from marine_mj.controllers.navigation.noise import NoiseStream, as_seeds
 from numpy.typing import NDArray
 
@@ -196,13 +196,10 @@ class PlanarNavigation:
         )
 
     def initial(
-        self,
-        vehicle: RigidState,
-        carrier: RigidState,
-        seeds: NDArray[np.uint64],
-        shape: tuple[int, ...] = (),
+        self, truth: Truth, seeds: NDArray[np.uint64], shape: tuple[int, ...] = ()
     ) -> PlanarState:
         """State after the first fix, at the start."""
+        vehicle, carrier = truth.vehicle, truth.carrier
         plane = heading_quaternion(vehicle.heading)
         origin = vehicle.position * np.array([1.0, 1.0, 0.0])
         turn = frames.rotation_from_quaternion(plane)
@@ -219,28 +216,16 @@ class PlanarNavigation:
         fixes = self.fixes(state, vehicle, carrier, 0)
         return self._joined(state, [f.start(z) for f, z in zip(self.filters, fixes, strict=True)])
 
-    def update(
-        self,
-        state: PlanarState,
-        vehicle: RigidState,
-        carrier: RigidState,
-        vehicle_acceleration: Array,
-        carrier_acceleration: Array,
-        step: int,
-    ) -> Estimate:
+    def update(self, state: PlanarState, truth: Truth, step: int) -> Estimate:
         """Estimate at a step; see `Navigator.update`."""
         turn = frames.rotation_from_quaternion(state.plane)
-        world = np.concatenate(
-            [
-                unrotate(turn, carrier_acceleration[..., :3]),
-                unrotate(turn, carrier_acceleration[..., 3:]),
-            ],
-            axis=-1,
-        )
+        gained = truth.carrier_acceleration
+        parts = [unrotate(turn, gained[..., :3]), unrotate(turn, gained[..., 3:])]
         noise = NoiseStream(state.seeds, 6, _ACCELERATION).rows(step)
         sigma = np.asarray(self.acceleration)
-        own = _in_plane(body_acceleration(vehicle, vehicle_acceleration)) + sigma * noise[..., :3]
-        other = _in_plane(world) + sigma * noise[..., 3:]
+        own = _in_plane(body_acceleration(truth.vehicle, truth.vehicle_acceleration))
+        own = own + sigma * noise[..., :3]
+        other = _in_plane(np.concatenate(parts, axis=-1)) + sigma * noise[..., 3:]
         if step > 0:
             filters, measured = self.filters, (own, other)
             pairs = [
@@ -249,7 +234,7 @@ class PlanarNavigation:
             ]
             due = np.mod(step, self.every) == 0
             if np.any(due):
-                fixes = self.fixes(state, vehicle, carrier, step)
+                fixes = self.fixes(state, truth.vehicle, truth.carrier, step)
                 pairs = [
                     _where(due, f.correct(*p, z)[:2], p)
                     for f, p, z in zip(filters, pairs, fixes, strict=True)

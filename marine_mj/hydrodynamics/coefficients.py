@@ -1,50 +1,23 @@
 """Reading and checking the hydrodynamic coefficients that stand in a vehicle's MJCF."""
 
-import difflib
-from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from marine_mj.errors import ModelError
-from marine_mj.frames import Array, flip, flip_matrix
+from marine_mj.frames import Array, flip
 from marine_mj.hydrodynamics import table as t_
-
-#: Quantities whose axes are named by a suffix, with the sizes that are allowed.
-FRAMED = {
-    "added_mass": (6, 21, 36),
-    "linear_damping": (6, 36),
-    "quadratic_damping": (6, 36),
-    "quadratic_damping_lumped": (6, 36),
-    "viscous_damping": (6, 36),
-    "restoring": (6, 36),
-    "strip_drag": (2,),
-}
-#: Scalars and lists without axes.
-PLAIN = {
-    "displaced_volume": (1,),
-    "buoyancy": (1,),
-    "submergence_height": (1,),
-    "strips": (3,),
-    "strip_area": tuple(range(1, t_.MAX_STRIPS + 1)),
-    "equilibrium_height": (1,),
-    "wind": (7,),
-    "drift": tuple(range(4, 501, 4)),
-    "reference_speed": (2,),
-}
-#: Quantities that a factor makes larger or smaller as a whole.
-SCALABLE = (*FRAMED, "displaced_volume", "buoyancy")
-QUANTITIES = sorted(
-    [f"{name}_{frame}" for name in FRAMED for frame in ("frd", "flu")]
-    + list(PLAIN)
-    + ["tank", "thrust_loss"]
+from marine_mj.hydrodynamics.numerics import (
+    FRAMED,
+    collect,
+    file_of,
+    hull_mesh_of,
+    matrix_of,
+    of_actuators,
+    values_and_frames,
 )
-#: Quantities `BODY.QUANTITY.ACTUATOR`.
-OF_ACTUATORS = ("tank.", "thrust_loss.")
-#: Texts `BODY.QUANTITY` that name a file.
-TEXTS = ("wave_database", "shelter_database", "hull_mesh")
+
 ZERO = np.zeros((6, 6))
 ZERO.flags.writeable = False
 
@@ -109,19 +82,6 @@ class BodyCoefficients:
     reference_speed: Array = field(default_factory=lambda: np.array([2.0, 1.0]))
 
 
-def _matrix(values: Array, frame: str) -> Array:
-    """6x6 matrix in FLU of 6, 21 or 36 numbers in the named frame."""
-    if values.size == 6:
-        matrix = np.diag(values)
-    elif values.size == 21:
-        matrix = np.zeros((6, 6))
-        matrix[np.triu_indices(6)] = values
-        matrix = matrix + np.triu(matrix, 1).T
-    else:
-        matrix = values.reshape(6, 6)
-    return flip_matrix(matrix) if frame == "frd" else matrix
-
-
 def check_added_mass(name: str, matrix: Array) -> None:
     """Raise unless the matrix (6, 6) is symmetric and positive semi-definite.
 
@@ -180,7 +140,7 @@ def _drift(name: str, values: Array) -> Array:
     return rows
 
 
-def _strips(name: str, values: dict[str, Array], frames: dict[str, str], volume: float) -> Strips:
+def _strips(name: str, values: dict[str, Array], volume: float) -> Strips:
     """Strips from their numerics."""
     number, aft, fore = values["strips"]
     count = round(float(number))
@@ -204,88 +164,10 @@ def _strips(name: str, values: dict[str, Array], frames: dict[str, str], volume:
     return Strips(aft + 0.5 * length, length, area / area.sum(), drag, radius)
 
 
-def _collect(spec: mujoco.MjSpec) -> dict[str, dict[str, Array]]:
-    """Numerics `BODY.QUANTITY` by body and quantity; unknown names are refused."""
-    bodies = {body.name for body in spec.bodies}
-    found: dict[str, dict[str, Array]] = {}
-    for numeric in spec.numerics:
-        owner, dot, quantity = numeric.name.partition(".")
-        if not dot:
-            continue
-        known = quantity in QUANTITIES or quantity.startswith(OF_ACTUATORS)
-        if owner not in bodies:
-            if known:
-                raise ModelError(
-                    f"numeric {numeric.name!r} belongs to the body {owner!r}, which does not "
-                    f"exist; bodies are {sorted(bodies - {'world'})}"
-                )
-            continue
-        if not known:
-            near = difflib.get_close_matches(quantity, QUANTITIES, 1, 0.5)
-            hint = f"did you mean {near[0]!r}? " if near else ""
-            raise ModelError(
-                f"numeric {numeric.name!r}: unknown quantity {quantity!r}; {hint}known are "
-                f"{', '.join(QUANTITIES)}"
-            )
-        data = np.array(numeric.data, dtype=float)
-        if not np.isfinite(data).all():
-            raise ModelError(f"numeric {numeric.name!r} holds {data}; allowed are finite numbers")
-        found.setdefault(owner, {})[quantity] = data
-    for text in spec.texts:
-        owner, _, quantity = text.name.partition(".")
-        if quantity in TEXTS and owner not in found:
-            raise ModelError(
-                f"text {text.name!r} belongs to the body {owner!r}, which has no hydrodynamic "
-                f"coefficients; bodies that have are {sorted(found)}"
-            )
-    return found
-
-
-def _split(name: str, raw: dict[str, Array]) -> tuple[dict[str, Array], dict[str, str]]:
-    """Values by quantity without the frame suffix, and the frames."""
-    values: dict[str, Array] = {}
-    frames: dict[str, str] = {}
-    for quantity, data in raw.items():
-        if quantity.startswith(OF_ACTUATORS):
-            continue
-        stem, _, frame = quantity.rpartition("_")
-        framed = stem in FRAMED and frame in ("frd", "flu")
-        key = stem if framed else quantity
-        sizes = FRAMED[stem] if framed else PLAIN[quantity]
-        if key in values:
-            raise ModelError(f"{key} of {name!r} is given in both frames, allowed is one of them")
-        if data.size not in sizes:
-            allowed = " or ".join(map(str, sizes[:4])) + (" ..." if len(sizes) > 4 else "")
-            raise ModelError(
-                f"numeric '{name}.{quantity}' has {data.size} values; allowed are {allowed}"
-            )
-        values[key] = data
-        frames[key] = frame if framed else ""
-    return values, frames
-
-
-def _of_actuators(
-    name: str, raw: dict[str, Array], spec: mujoco.MjSpec, kind: str
-) -> Iterator[tuple[str, str, Array]]:
-    """Numeric, actuator and values of the numerics `BODY.kind.ACTUATOR`."""
-    prefix = name[: name.rfind("/") + 1]
-    actuators = [actuator.name for actuator in spec.actuators]
-    for quantity, data in raw.items():
-        if not quantity.startswith(f"{kind}."):
-            continue
-        actuator = prefix + quantity.removeprefix(f"{kind}.")
-        if actuator not in actuators:
-            raise ModelError(
-                f"numeric '{name}.{quantity}' names the actuator {actuator!r}, which does not "
-                f"exist; actuators are {actuators}"
-            )
-        yield f"{name}.{quantity}", actuator, data
-
-
 def _tanks(name: str, raw: dict[str, Array], spec: mujoco.MjSpec) -> tuple[Tank, ...]:
     """Tanks from numerics `BODY.tank.ACTUATOR` = x y z (FRD, m), kg per unit."""
     tanks = []
-    for numeric, actuator, data in _of_actuators(name, raw, spec, "tank"):
+    for numeric, actuator, data in of_actuators(name, raw, spec, "tank"):
         if data.size != 4 or data[3] <= 0:
             raise ModelError(
                 f"numeric {numeric!r} is {data}; allowed are 4 numbers: x y z in FRD (m) "
@@ -300,7 +182,7 @@ def _thrust_loss(
 ) -> tuple[tuple[str, float], ...]:
     """Losses from numerics `BODY.thrust_loss.ACTUATOR` = c (N^0.5 s/m)."""
     found = []
-    for numeric, actuator, data in _of_actuators(name, raw, spec, "thrust_loss"):
+    for numeric, actuator, data in of_actuators(name, raw, spec, "thrust_loss"):
         if data.size != 1 or data[0] < 0:
             raise ModelError(
                 f"numeric {numeric!r} is {data}; allowed is one number >= 0: thrust lost per "
@@ -310,27 +192,12 @@ def _thrust_loss(
     return tuple(found)
 
 
-def _file(spec: mujoco.MjSpec, name: str, quantity: str) -> str | None:
-    """File that the text `BODY.QUANTITY` names, None without one."""
-    return next((t.data for t in spec.texts if t.name == f"{name}.{quantity}"), None)
-
-
-def _hull_mesh(spec: mujoco.MjSpec, name: str) -> str | None:
-    """File of the hull mesh as `find_mesh` finds it; the vehicle's own assets go first."""
-    text = _file(spec, name, "hull_mesh")
-    if text is None or not spec.modelfiledir:
-        return text
-    own = Path(spec.modelfiledir, spec.meshdir or "assets", text)
-    return str(own.resolve()) if own.is_file() else text
-
-
-def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoefficients:
-    """Checked coefficients of one body."""
-    values, frames = _split(name, raw)
+def _matrices(name: str, values: dict[str, Array], frames: dict[str, str]) -> dict[str, Array]:
+    """Checked matrices (6, 6) in FLU by quantity."""
     matrices: dict[str, Array] = {}
     for quantity in FRAMED:
         if quantity in values and quantity != "strip_drag":
-            matrices[quantity] = _matrix(values[quantity], frames[quantity])
+            matrices[quantity] = matrix_of(values[quantity], frames[quantity])
     check_added_mass(name, matrices.setdefault("added_mass", np.zeros((6, 6))))
     for quantity in ("linear_damping", "viscous_damping"):
         if quantity in matrices:
@@ -338,6 +205,28 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
     for quantity in ("quadratic_damping", "quadratic_damping_lumped"):
         if quantity in matrices:
             _check_drag(name, quantity, matrices[quantity])
+    return matrices
+
+
+def _center(spec: mujoco.MjSpec, name: str) -> Array:
+    """Centre of buoyancy (3,) of a body, FLU, m, from its site."""
+    site = spec.site(f"{name}.center_of_buoyancy")
+    if site is None:
+        raise ModelError(
+            f"{name!r} has buoyancy but no site '{name}.center_of_buoyancy': add one to the "
+            "body at its centre of buoyancy"
+        )
+    if site.parent.name != name:
+        raise ModelError(
+            f"site '{site.name}' lies in the body {site.parent.name!r}, allowed is {name!r}"
+        )
+    return np.array(site.pos, dtype=float)
+
+
+def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoefficients:
+    """Checked coefficients of one body."""
+    values, frames = values_and_frames(name, raw)
+    matrices = _matrices(name, values, frames)
     for quantity in ("displaced_volume", "buoyancy", "submergence_height"):
         if quantity in values and values[quantity][0] <= 0:
             raise ModelError(f"{quantity} of {name!r} is {values[quantity][0]:g}, allowed is > 0")
@@ -348,24 +237,11 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
             f"{name!r} has {' and '.join(given)}; allowed is one of displaced_volume, buoyancy "
             "(submerged body) and restoring (floating body)"
         )
-    center = np.zeros(3)
-    if volume or buoyancy:
-        site = spec.site(f"{name}.center_of_buoyancy")
-        if site is None:
-            raise ModelError(
-                f"{name!r} has buoyancy but no site '{name}.center_of_buoyancy': add one to the "
-                "body at its centre of buoyancy"
-            )
-        if site.parent.name != name:
-            raise ModelError(
-                f"site '{site.name}' lies in the body {site.parent.name!r}, allowed is {name!r}"
-            )
-        center = np.array(site.pos, dtype=float)
     if "wind" in values and (values["wind"][:3] < 0).any():
         raise ModelError(f"wind of {name!r} is {values['wind']}; areas and length must be >= 0")
     strips = None
     if "strips" in values:
-        strips = _strips(name, values, frames, volume or buoyancy / (1025 * 9.81))
+        strips = _strips(name, values, volume or buoyancy / (1025 * 9.81))
     elif {"strip_drag", "strip_area"} & set(values):
         raise ModelError(
             f"{name!r} has strip_drag or strip_area but no strips: add '{name}.strips'"
@@ -375,13 +251,13 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
         **matrices,
         displaced_volume=volume,
         buoyancy=buoyancy,
-        center_of_buoyancy=center,
+        center_of_buoyancy=_center(spec, name) if volume or buoyancy else np.zeros(3),
         submergence_height=float(values.get("submergence_height", [0.0])[0]),
         strips=strips,
         equilibrium_height=float(values.get("equilibrium_height", [0.0])[0]),
-        wave_database=_file(spec, name, "wave_database"),
-        shelter_database=_file(spec, name, "shelter_database"),
-        hull_mesh=_hull_mesh(spec, name),
+        wave_database=file_of(spec, name, "wave_database"),
+        shelter_database=file_of(spec, name, "shelter_database"),
+        hull_mesh=hull_mesh_of(spec, name),
         wind=values.get("wind"),
         drift=_drift(name, values["drift"]) if "drift" in values else None,
         tanks=_tanks(name, raw, spec),
@@ -399,5 +275,5 @@ def read_coefficients(spec: mujoco.MjSpec) -> list[BodyCoefficients]:
     Raises:
         ModelError: a quantity is unknown, has the wrong number of values, or cannot be physical.
     """
-    found = _collect(spec)
+    found = collect(spec)
     return [_one_body(spec, b.name, found[b.name]) for b in spec.bodies if b.name in found]

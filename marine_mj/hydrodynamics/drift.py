@@ -11,6 +11,7 @@ from marine_mj.environment import Environment
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients
+from marine_mj.hydrodynamics.netcdf import read_variables
 from marine_mj.hydrodynamics.raos import database_path
 
 if TYPE_CHECKING:
@@ -27,21 +28,22 @@ LARGEST_GAP = np.radians(60.0)
 @lru_cache(maxsize=16)
 def _read(path: Path) -> "tuple[Array, CubicSpline] | None":
     """omega (n,) and drift (n, 3) as a function of the direction; None if there is no drift."""
-    import xarray as xr
     from scipy.interpolate import CubicSpline  # here: it takes a quarter of a second
 
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as data:
-            if VARIABLE not in data:
-                return None
-            values = data[VARIABLE].sel(drift_dof=_DOFS).transpose(*_AXES).sortby("omega")
-            table = np.asarray(values, dtype=float)
-            omega, direction = values["omega"].values, values["wave_direction"].values
+        grid = {axis: (axis,) for axis in _AXES[:2]}
+        wanted = {**grid, VARIABLE: _AXES}
+        data = read_variables(path, wanted, {"drift_dof": _DOFS}, optional=wanted)
+        if VARIABLE not in data:
+            return None
+        omega, direction, table = (data[name] for name in wanted)
     except (OSError, KeyError, ValueError) as error:
         raise ModelError(
             f"{path.name} has no mean drift that can be read ({error}); needed is the variable "
             f"{VARIABLE}({', '.join(_AXES)}) with the drift_dof {', '.join(_DOFS)}"
         ) from error
+    order = np.argsort(omega)
+    omega, table = omega[order], table[order]
     if not np.isfinite(table).all():
         raise ModelError(f"{VARIABLE} in {path.name} holds NaN or infinity; allowed is finite")
     angle = np.mod(direction, 2 * np.pi)

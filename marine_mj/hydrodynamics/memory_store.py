@@ -9,7 +9,8 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics.memory import Memory, PairFit
 from marine_mj.hydrodynamics.memory_fit import fit_memory
-from marine_mj.hydrodynamics.raos import DOFS, database_path
+from marine_mj.hydrodynamics.netcdf import read_variables
+from marine_mj.hydrodynamics.raos import LABELS, database_path
 from marine_mj.hydrodynamics.vector_fitting import Complex
 
 _PAIR = ("radiating_dof", "influenced_dof")
@@ -30,28 +31,19 @@ def read_radiation(path: Path) -> tuple[dict[str, Array], dict[str, Complex]]:
     Raises:
         ModelError: the file cannot be read or lacks one of the first four.
     """
-    import xarray as xr  # here: it doubles the time that `import marine_mj` takes
-
-    order = dict.fromkeys(_PAIR, DOFS)
+    wanted = {"omega": ("omega",), "infinite_added_mass": _PAIR, **VARIABLES}
+    wanted |= {name: ("omega", *_PAIR) for name in ("added_mass", "radiation_damping")}
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as file:
-            found = {}
-            for name in ("added_mass", "radiation_damping"):
-                table = file[name].sel(order).sortby("omega").transpose("omega", *_PAIR)
-                found[name] = np.asarray(table, dtype=float)
-            omega = np.sort(np.asarray(file["omega"], dtype=float))
-            if "infinite_added_mass" in file:
-                infinite = np.asarray(file["infinite_added_mass"].sel(order).transpose(*_PAIR))
-            elif np.isinf(omega[-1]):
-                infinite = found["added_mass"][-1]
-            else:
-                raise KeyError("infinite_added_mass")
-            stored: dict[str, Complex] = {}
-            if set(VARIABLES) <= set(file):
-                for name, axes in VARIABLES.items():
-                    wanted = {axis: DOFS for axis in axes if axis in _PAIR}
-                    values = np.asarray(file[name].sel(wanted).transpose(*axes), dtype=float)
-                    stored[name] = values[0] + 1j * values[1]
+        file = read_variables(path, wanted, LABELS, ("infinite_added_mass", *VARIABLES))
+        order = np.argsort(file["omega"])
+        omega = file["omega"][order]
+        found = {name: file[name][order] for name in ("added_mass", "radiation_damping")}
+        if "infinite_added_mass" in file:
+            infinite = file["infinite_added_mass"]
+        elif np.isinf(omega[-1]):
+            infinite = found["added_mass"][-1]
+        else:
+            raise KeyError("infinite_added_mass")
     except (OSError, KeyError, ValueError) as error:
         raise ModelError(
             f"{path.name} has no radiation memory ({error}); needed are the variables "
@@ -61,7 +53,10 @@ def read_radiation(path: Path) -> tuple[dict[str, Array], dict[str, Complex]]:
         ) from error
     inside = np.isfinite(omega) & (omega > 0)
     data = {name: values[inside] for name, values in found.items()}
-    return {"omega": omega[inside], **data, "infinite": infinite.astype(float)}, stored
+    stored: dict[str, Complex] = {}
+    if set(VARIABLES) <= set(file):
+        stored = {name: file[name][0] + 1j * file[name][1] for name in VARIABLES}
+    return {"omega": omega[inside], **data, "infinite": infinite}, stored
 
 
 @lru_cache(maxsize=16)

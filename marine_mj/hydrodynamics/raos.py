@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from marine_mj.environment import WaveField
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
+from marine_mj.hydrodynamics.netcdf import read_variables
 from marine_mj.library import assets_folder, find_asset
 
 #: Database variable of each response, with the dimension of its entries.
@@ -20,6 +21,8 @@ RESPONSES = {
     "shelter": ("shelter_strength", "mode"),
 }
 DOFS = ["Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw"]
+#: Entries of the axes of a wave database, in our order.
+LABELS = {"radiating_dof": DOFS, "influenced_dof": DOFS}
 
 
 def database_path(name: str) -> Path:
@@ -39,15 +42,9 @@ def database_path(name: str) -> Path:
 
 def _variables(path: Path, wanted: Mapping[str, tuple[str, ...]]) -> list[Array]:
     """omega, wave_direction and the wanted variables of a database, in the wanted order of axes."""
-    import xarray as xr  # here: it doubles the time that `import marine_mj` takes
-
+    grid = {"omega": ("omega",), "wave_direction": ("wave_direction",)}
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as data:
-            found = []
-            for name, axes in wanted.items():
-                order = {axis: DOFS for axis in axes if axis.endswith("_dof")}
-                found.append(np.asarray(data[name].sel(order).transpose(*axes), dtype=float))
-            return [data["omega"].values, data["wave_direction"].values, *found]
+        return list(read_variables(path, {**grid, **wanted}, LABELS).values())
     except (OSError, KeyError, ValueError) as error:
         needed = ", ".join(f"{name}({', '.join(axes)})" for name, axes in wanted.items())
         raise ModelError(

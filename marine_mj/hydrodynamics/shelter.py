@@ -5,7 +5,6 @@ from functools import lru_cache
 from pathlib import Path
 
 import mujoco
-import numpy as np
 
 from marine_mj.environment import WaveField
 from marine_mj.errors import ModelError
@@ -14,6 +13,7 @@ from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.body_settings import Motion
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients
 from marine_mj.hydrodynamics.element_pack import by_heading
+from marine_mj.hydrodynamics.netcdf import read_variables
 from marine_mj.hydrodynamics.raos import database_path
 from marine_mj.hydrodynamics.table_builder import TableBuilder
 
@@ -25,12 +25,9 @@ def read_field(path: Path) -> tuple[Array, Array, Array, Array]:
     Raises:
         ModelError: the file is not a shelter database, or has too many modes for the kernels.
     """
-    import xarray as xr  # here: it doubles the time that `import marine_mj` takes
-
+    axes = {"x": ("x",), "y": ("y",), "z": ("z",), "field": ("x", "y", "z", "axis", "mode")}
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as data:
-            field = data["field"].transpose("x", "y", "z", "axis", "mode").values.astype(float)
-            x, y, z = (np.asarray(data[name].values, dtype=float) for name in "xyz")
+        x, y, z, field = read_variables(path, axes, {}).values()
     except (OSError, KeyError, ValueError) as error:
         raise ModelError(
             f"{path.name} is not a shelter database ({error}); needed are the variables "

@@ -7,7 +7,7 @@ from typing import Any
 import dm_env
 import mujoco
 import numpy as np
-from dm_control.suite import base
+from dm_control.rl import control
 from numpy.typing import ArrayLike, NDArray
 
 from marine_mj.frames import Array
@@ -113,14 +113,20 @@ class Mission(ABC):
         """Results of one simulation (state of shape ()), as plain values for JSON."""
 
 
-class MarineTask(base.Task):
-    """Base of all tasks.
+class MarineTask(control.Task):
+    """Base of all tasks; `dm_control.suite.base.Task` would import the whole suite with it.
 
     Attributes:
         signal_specs: description of what `signals` returns.
+        random: source of the random starts of the episodes.
     """
 
     signal_specs: dict[str, Signal] = {}  # noqa: RUF012
+
+    def __init__(self, random: np.random.RandomState | int | None = None) -> None:
+        if not isinstance(random, np.random.RandomState):
+            random = np.random.RandomState(random)
+        self.random = random
 
     def signals(self, physics: MarinePhysics) -> dict[str, Array | float]:
         """Signals of the task at this moment, for the log."""

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from marine_mj import frames
 from marine_mj.controllers import RigidState, pose_error
 from marine_mj.controllers.kinematics import world_velocity
-from marine_mj.controllers.navigation import Estimate, Navigator, PerfectNavigation
+from marine_mj.controllers.navigation import Estimate, Navigator, PerfectNavigation, Truth
 from marine_mj.controllers.navigation.noise import as_seeds
 from marine_mj.frames import Array
 from marine_mj.tasks.base import Signal
@@ -102,13 +102,12 @@ class DockingNavigation:
         velocity = np.stack([world_velocity(vehicle), world_velocity(carrier)], axis=-2)
         known = ~np.isnan(state.velocity)
         gained = np.where(known, (velocity - state.velocity) / self.period, 0.0)
+        truth = Truth(vehicle, carrier, gained[..., 0, :], gained[..., 1, :])
         memory = state.memory
         if state.step == 0:
             shape = state.seeds.shape
-            memory = self.navigator.initial(vehicle, carrier, state.seeds, shape)
-        estimate = self.navigator.update(
-            memory, vehicle, carrier, gained[..., 0, :], gained[..., 1, :], state.step
-        )
+            memory = self.navigator.initial(truth, state.seeds, shape)
+        estimate = self.navigator.update(memory, truth, state.step)
         if self.perfect:
             error, relative = np.zeros_like(state.error), np.zeros_like(state.relative)
             squares = state.squares

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from marine_mj.controllers.navigation import (
     PlanarNoise,
     Pressure,
     Timing,
+    Truth,
     Usbl,
     chi_square_bounds,
     nees,
@@ -113,7 +115,7 @@ def follow(
 
     bodies = [many(m.at(0.0)) for m in (vehicle, carrier)]
     seeds = np.arange(runs, dtype=np.uint64)
-    state = navigator.initial(bodies[0], bodies[1], seeds, (runs,))
+    state: Any = None
     for step in range(round(duration / PERIOD) + 1):
         before = bodies
         bodies = [many(m.at(step * PERIOD)) for m in (vehicle, carrier)]
@@ -121,7 +123,10 @@ def follow(
             (world_velocity(now) - world_velocity(then)) / PERIOD
             for now, then in zip(bodies, before, strict=True)
         ]
-        estimate = navigator.update(state, bodies[0], bodies[1], gained[0], gained[1], step)
+        truth = Truth(*bodies, *gained)
+        if step == 0:
+            state = navigator.initial(truth, seeds, (runs,))
+        estimate = navigator.update(state, truth, step)
         state = estimate.state
         if step % every == 0:
             yield bodies[0], bodies[1], estimate

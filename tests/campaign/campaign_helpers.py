@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from marine_mj.campaign import Campaign, Plan
+from marine_mj.campaign import Campaign, Plan, run_campaign
 from marine_mj.campaign.worker import Done, Work
 
 #: Calm water, 0.2 s: the start of the docking demonstration.
@@ -91,6 +91,13 @@ class Inline:
         except BaseException as error:
             future.set_exception(error)
         return future
+
+
+def drawn(folder, text=DRAWN, resume=False, extend=False, **values):
+    """Run a campaign whose outcomes are drawn."""
+    return run_campaign(
+        plan(text, **values), folder, executor=Inline(), do=draw, resume=resume, extend=extend
+    )
 
 
 def read(folder: Path) -> pd.DataFrame:

@@ -27,20 +27,22 @@ def buoyant(volume, drag="0 0 0 0 0 0", extra=""):
     )
 
 
+def neutral(integrator="implicitfast"):
+    """A body that floats in equilibrium at any depth, with drag."""
+    return one_body(
+        added_mass=random_added_mass(),
+        numerics=buoyant(10 / 1025, "30 60 60 5 5 5"),
+        center="0 0 0",
+        extra=CB,
+        integrator=integrator,
+    )
+
+
 @pytest.mark.parametrize("integrator", ["implicitfast", "RK4"])
 def test_drifting_with_a_uniform_current_feels_nothing(integrator):
     velocity = np.array([0.7, -0.4, 0.0])
     current = Current(levels=np.array([0.0]), velocity=velocity[None])
-    model = marine_mj.load_xml(
-        one_body(
-            added_mass=random_added_mass(),
-            numerics=buoyant(10 / 1025, "30 60 60 5 5 5"),
-            center="0 0 0",
-            extra=CB,
-            integrator=integrator,
-        ),
-        Environment(current=current),
-    )
+    model = marine_mj.load_xml(neutral(integrator), Environment(current=current))
     data = mujoco.MjData(model)
     data.qpos[3:7] = [0.8, 0.3, -0.4, np.sqrt(1 - 0.64 - 0.09 - 0.16)]
     data.qvel[:3] = velocity
@@ -74,14 +76,7 @@ def test_current_shifts_the_frame():
 
 
 def test_calm_water_stays_calm():
-    model = marine_mj.load_xml(
-        one_body(
-            added_mass=random_added_mass(),
-            numerics=buoyant(10 / 1025, "30 60 60 5 5 5"),
-            center="0 0 0",
-            extra=CB,
-        )
-    )
+    model = marine_mj.load_xml(neutral())
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, 20000)
     assert np.abs(data.qvel).max() < 1e-9  # measured 2e-16

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from marine_mj.controllers import (
     Allocator,
+    Demand,
     Hydrostatics,
     Limits,
     Pid,
@@ -145,11 +146,11 @@ def test_pose_pid_surge_and_heave_signs():
     level = np.array([1.0, 0, 0, 0])
     body = RigidState(np.zeros(3), level, np.zeros(6))
     target = RigidState(np.array([0.1, 0.0, 0.2]), level, np.zeros(6))
-    wrench, _ = controller.update(controller.initial(), body, target)
+    wrench, _ = controller.update(controller.initial(), body, Demand(target))
     # 200 * 0.1 + 3 * 0.1 * 0.01 and 150 * 0.2 + 15 * 0.2 * 0.01
     np.testing.assert_allclose(wrench, [20.003, 0, 30.03, 0, 0, 0], atol=1e-12)
     pushed, _ = controller.update(
-        controller.initial(), body, target, scale=np.zeros(6), push=np.array([0, 0, 20.0])
+        controller.initial(), body, Demand(target, scale=np.zeros(6), push=np.array([0, 0, 20.0]))
     )
     np.testing.assert_allclose(pushed, [0, 0, 20, 0, 0, 0], atol=1e-12)
 

@@ -7,6 +7,7 @@ from marine_mj.controllers import (
     Accelerometer,
     Cpv,
     CpvGains,
+    Demand,
     Limits,
     PidGains,
     RigidState,
@@ -14,25 +15,16 @@ from marine_mj.controllers import (
     acceleration_at,
     cpv_gain_set,
 )
+from simple_vehicle import INERTIA, LAG, LIMITS, PERIOD, at
 
 from marine_mj.errors import ScenarioError
-
-LEVEL = np.array([1.0, 0, 0, 0])
-PERIOD = 0.01
-LIMITS = Limits(np.array([-152.0, -68, -68, -5, -20, -20]), np.array([192.0, 68, 68, 5, 20, 20]))
-INERTIA = np.diag([67.3, 126.6, 126.6, 0.41, 26.1, 26.1])
-LAG = 0.15
-
-
-def at(*position, velocity=(0.0,) * 6):
-    return RigidState(np.array(position, dtype=float), LEVEL, np.array(velocity, dtype=float))
 
 
 def test_first_wrench_of_the_reference_by_hand():
     cpv = Cpv.from_gains(CPV_GAINS["reference"], LIMITS, PERIOD)
     body = at(0, 0, -2, velocity=[0.1, 0, 0, 0, 0, 0])
     target = at(0.2, 0, -1, velocity=[0, 0, 0.05, 0, 0, 0])
-    wrench, _ = cpv.update(cpv.initial(), body, target)
+    wrench, _ = cpv.update(cpv.initial(), body, Demand(target))
     # Surge: 1.0 * 0.2 - 0.1 = 0.1 m/s; heave: 1.5 * 1 m limited to 0.5, plus 0.05 of the target.
     # 200 e and the first step of the integral.
     expected = [200 * 0.1 + 10 * 0.1 * PERIOD, 0, 68.0, 0, 0, 0]
@@ -44,7 +36,7 @@ def test_speed_limit_holds_relative_to_a_moving_target():
     # The vehicle already does what the cascade wants: speed of the target plus the limit.
     body = at(0, 0, 0, velocity=[0.8, 0, 0, 0, 0, 0])
     target = at(100.0, 0, 0, velocity=[0.3, 0, 0, 0, 0, 0])
-    wrench, _ = cpv.update(cpv.initial(), body, target)
+    wrench, _ = cpv.update(cpv.initial(), body, Demand(target))
     np.testing.assert_allclose(wrench, 0, atol=1e-9)
 
 
@@ -60,7 +52,7 @@ def follow(cpv, model_error=1.0, disturbance=None, seconds=20.0):
         )
         acceleration, motion = meter.update(motion, target)
         body = at(0, 0, z, velocity=[0, 0, w, 0, 0, 0])
-        wrench, state = cpv.update(state, body, target, acceleration=acceleration)
+        wrench, state = cpv.update(state, body, Demand(target, acceleration=acceleration))
         state = cpv.applied(state, wrench)
         thrust += (wrench[2] - thrust) * -np.expm1(-PERIOD / LAG)
         force = thrust + (0.0 if disturbance is None else disturbance(t))
@@ -101,14 +93,16 @@ def test_scale_lets_an_axis_go_and_cpv_is_vectorised():
         acceleration = 0.1 * rng.normal(size=(5, 6))
         contact = rng.random(5) > 0.5
         body, target = (RigidState(place[i], quaternion[i], speed[i]) for i in range(2))
-        wrench, many = cpv.update(many, body, target, scale, 3.0, acceleration, contact)
+        wrench, many = cpv.update(many, body, Demand(target, scale, 3.0, acceleration, contact))
         for i in range(5):
             b, t = (RigidState(place[j, i], quaternion[j, i], speed[j, i]) for j in range(2))
-            one, single[i] = cpv.update(single[i], b, t, scale, 3.0, acceleration[i], contact[i])
+            one, single[i] = cpv.update(
+                single[i], b, Demand(t, scale, 3.0, acceleration[i], contact[i])
+            )
             np.testing.assert_allclose(one, wrench[i], atol=1e-10)
     reference = Cpv.from_gains(CPV_GAINS["reference"], LIMITS, PERIOD)
     free, _ = reference.update(
-        reference.initial(), at(0, 0, 0), at(0, 5, 0, velocity=[0, 1, 0, 0, 0, 0]), scale
+        reference.initial(), at(0, 0, 0), Demand(at(0, 5, 0, velocity=[0, 1, 0, 0, 0, 0]), scale)
     )
     np.testing.assert_array_equal(free, 0)
 

@@ -15,8 +15,8 @@ from marine_mj.controllers import (
     Cpv,
     Cpva,
     CpvaGains,
+    Demand,
     KinematicPredictor,
-    Limits,
     Lqr,
     LqrWeights,
     Mpc,
@@ -33,16 +33,13 @@ from marine_mj.controllers.lqr import lqr_gain, lqr_model
 from marine_mj.controllers.mpc import Programme, solve
 from marine_mj.controllers.prediction import world_velocity
 from scipy.optimize import minimize
+from simple_vehicle import INERTIA, LAG, LEVEL, LIMITS, PERIOD, at
 
 from marine_mj import trees
 from marine_mj.errors import ScenarioError
 
-LEVEL = np.array([1.0, 0, 0, 0])
-PERIOD = 0.01
-LIMITS = Limits(np.array([-152.0, -68, -68, -5, -20, -20]), np.array([192.0, 68, 68, 5, 20, 20]))
-INERTIA = np.diag([67.3, 126.6, 126.6, 0.41, 26.1, 26.1])
 DAMPING = np.diag([16.8, 201.0, 201.0, 0.3, 32.9, 32.9])
-MODEL = VehicleModel(INERTIA, 0.15, damping=DAMPING)
+MODEL = VehicleModel(INERTIA, LAG, damping=DAMPING)
 
 
 def cpv(model=MODEL):
@@ -58,21 +55,19 @@ def controllers():
     }
 
 
-def at(*position, velocity=(0.0,) * 6):
-    return RigidState(np.array(position, dtype=float), LEVEL, np.array(velocity, dtype=float))
-
-
 def test_first_wrenches_of_cpva_by_hand():
     cpva = Cpva.from_gains(CPVA_GAINS["reference"], LIMITS, PERIOD)
     body = at(0, 0, -2, velocity=[0.1, 0, 0, 0, 0, 0])
     target = at(0.2, 0, -1, velocity=[0, 0, 0.05, 0, 0, 0])
-    wrench, state = cpva.update(cpva.initial(), body, target, acceleration=[0.2, 0, 0.1, 0, 0, 0])
+    wrench, state = cpva.update(
+        cpva.initial(), body, Demand(target, acceleration=[0.2, 0, 0.1, 0, 0, 0])
+    )
     # Surge: speed 1 * 0.2 - 0.1 = 0.1; 6 * 0.1 + 0.1 * 0.1 * 0.01 = 0.6001; + 0.2; times 60.
     # Heave: 1.5 * 1 m limited to 0.5, + 0.05; 6 * 0.55 limited to 0.55; + 0.1; times 80.
     np.testing.assert_allclose(wrench, [60 * 0.8001, 0, 80 * 0.65, 0, 0, 0], atol=1e-12)
     # One sample later it is 0.004 m/s faster: the acceleration of 0.4 m/s2 is fed back.
     faster = at(0, 0, -2, velocity=[0.104, 0, 0, 0, 0, 0])
-    wrench, _ = cpva.update(state, faster, target)
+    wrench, _ = cpva.update(state, faster, Demand(target))
     wanted = 6 * 0.096 + 0.1 * 0.01 * (0.1 + 0.096) + 0.05 * (0.096 - 0.1) / PERIOD
     assert wrench[0] == pytest.approx(60 * (wanted - 0.4), abs=1e-9)
 
@@ -81,14 +76,18 @@ def test_limits_of_cpva():
     gains = CPVA_GAINS["reference"]
     cpva = Cpva.from_gains(gains, LIMITS, PERIOD)
     for sign, surge in ((1, 2.9), (-1, -2.3)):
-        wrench, _ = cpva.update(cpva.initial(), at(0, 0, 0), at(9.0 * sign, 9 * sign, 9 * sign))
+        wrench, _ = cpva.update(
+            cpva.initial(), at(0, 0, 0), Demand(at(9.0 * sign, 9 * sign, 9 * sign))
+        )
         np.testing.assert_allclose(wrench[:3], [60 * surge, 80 * 0.55 * sign, 80 * 0.55 * sign])
     # V16: limits of force over wet inertia, as the reference rounds them
     measured = np.array([192, 68, 20]) / np.array([67.3, 126.6, 26.12])
     np.testing.assert_allclose(measured, [2.853, 0.537, 0.766], rtol=3e-3)
     np.testing.assert_allclose(gains.acceleration_high[[0, 2, 4]], measured, rtol=0.03)
     # Whatever comes, the wrench stays within its limits.
-    wrench, _ = cpva.update(cpva.initial(), at(0, 0, 0), at(9, 9, 9), acceleration=[99.0] * 6)
+    wrench, _ = cpva.update(
+        cpva.initial(), at(0, 0, 0), Demand(at(9, 9, 9), acceleration=[99.0] * 6)
+    )
     np.testing.assert_array_equal(wrench, LIMITS.high)
 
 
@@ -107,16 +106,17 @@ def simulate(controller, seconds=30.0, amplitude=0.25, force=-25.0, preview=Fals
         target = at(0, 0, place, velocity=[0, 0, speed, 0, 0, 0])
         rate = np.array([0, 0, change, 0, 0, 0])
         body = at(0, 0, z, velocity=[0, 0, w, 0, 0, 0])
-        extra = []
+        demand = Demand(target, acceleration=rate)
         memory = look.update(memory, target)
         if preview and controller.plans_now(state):
             future = look.ahead(memory, target, controller.times)
             away = replace(future, position=future.position + np.array([0, 0, 1e3]))
-            extra = [Preview(future, away, np.full(2, 1e3), np.array(True))]
-        wrench, state = controller.update(state, body, target, 1.0, 0.0, rate, False, *extra)
+            found = Preview(future, away, np.full(2, 1e3), np.array(True))
+            demand = replace(demand, preview=found)
+        wrench, state = controller.update(state, body, demand)
         state = controller.applied(state, wrench)
         assert np.all(wrench <= LIMITS.high) and np.all(wrench >= LIMITS.low)
-        thrust += (wrench[2] - thrust) * -np.expm1(-PERIOD / 0.15)
+        thrust += (wrench[2] - thrust) * -np.expm1(-PERIOD / LAG)
         w += PERIOD * (thrust + force - 502.4 * w * abs(w)) / 126.6
         z += PERIOD * w
         fallbacks += int(np.asarray(getattr(state, "fallback", 0)))
@@ -170,12 +170,12 @@ def test_lqr_gain_solves_the_riccati_equation_and_is_optimal():
 def test_sliding_mode_by_hand():
     sliding = SlidingMode(SLIDING_GAINS["extended"], LIMITS, PERIOD, VehicleModel(INERTIA, 0.0))
     body, target = at(0, 0, 0, velocity=[0.1, 0, 0, 0, 0, 0]), at(0.2, 0, 0.1)
-    wrench, _ = sliding.update(sliding.initial(), body, target)
+    wrench, _ = sliding.update(sliding.initial(), body, Demand(target))
     # Surge: wanted 1.0 * 0.2, slip 0.1, s = 0.1: (-1.0 * 0.1 + 1.5 * 0.1 / 0.5) * 67.3.
     # Heave: wanted 0.1, s = 0.1 of 0.16: 0.4 * 0.1 / 0.16 * 126.6.
     np.testing.assert_allclose(wrench[[0, 2]], [67.3 * 0.2, 126.6 * 0.25], atol=1e-12)
     # Outside the layer the pull is the reach.
-    wrench, _ = sliding.update(sliding.initial(), at(0, 0, 0), at(0, 0, 9.0))
+    wrench, _ = sliding.update(sliding.initial(), at(0, 0, 0), Demand(at(0, 0, 9.0)))
     assert wrench[2] == pytest.approx(0.4 * 126.6)
 
 
@@ -227,18 +227,18 @@ def test_mpc_keeps_corridor_clearance_rates_and_limits():
     body = at(0, 0, -0.6, velocity=[0.25, 0, 0.2, 0, 0, 0])
     # Entering: the target pulls out of the corridor, the plan stays inside.
     preview = coming(mpc, at(1.0, 0, 0.0), at(0, 0, 0), True)
-    _, state = mpc.update(mpc.initial(), body, at(1.0, 0, 0), preview=preview)
+    _, state = mpc.update(mpc.initial(), body, Demand(at(1.0, 0, 0), preview=preview))
     assert not state.fallback
     path = planned_path(mpc, state, body.velocity)
     at_looks = path[4::5]
     edge = 0.3 - slope * (at_looks[:, 2] - 0.6)
     assert np.all(at_looks[:, 0] <= edge + 1e-6)
     free = coming(mpc, at(1.0, 0, 0.0), at(0, 0, 9.0), True, (9, 9))
-    _, loose = mpc.update(mpc.initial(), body, at(1.0, 0, 0), preview=free)
+    _, loose = mpc.update(mpc.initial(), body, Demand(at(1.0, 0, 0), preview=free))
     assert np.any(planned_path(mpc, loose, body.velocity)[4::5, 0] > edge + 0.01)  # it did bind
     # Waiting: below the aperture plane by the clearance of 0.3 m.
     preview = coming(mpc, at(0, 0, 0.5), at(0, 0, 0), False)
-    _, state = mpc.update(mpc.initial(), body, at(0, 0, 0.5), preview=preview)
+    _, state = mpc.update(mpc.initial(), body, Demand(at(0, 0, 0.5), preview=preview))
     heights = planned_path(mpc, state, body.velocity)[4::5, 2] - 0.6
     assert not state.fallback and heights.max() < -0.3 + 1e-6 and heights.max() > -0.31
     moves = state.planned.reshape(-1, 6)
@@ -252,12 +252,14 @@ def test_mpc_falls_back_on_the_cascade_when_nothing_is_feasible():
     mpc = controllers()["mpc"]
     body = at(0, 0, 0.5)  # far above the plane it should be below: no plan gets it down in 0.5 s
     preview = coming(mpc, at(0, 0, -1), at(0, 0, 0), False)
-    wrench, state = mpc.update(mpc.initial(), body, at(0, 0, -1), preview=preview)
+    wrench, state = mpc.update(mpc.initial(), body, Demand(at(0, 0, -1), preview=preview))
     assert state.fallback and state.failures == 1
-    expected, _ = cpv().update(cpv().initial(), body, at(0, 0, -1))
+    expected, _ = cpv().update(cpv().initial(), body, Demand(at(0, 0, -1)))
     np.testing.assert_array_equal(wrench, expected)
     # In contact the cascade steers too, without a failed plan.
-    wrench, state = mpc.update(mpc.initial(), body, at(0, 0, -1), contact=True, preview=preview)
+    wrench, state = mpc.update(
+        mpc.initial(), body, Demand(at(0, 0, -1), contact=True, preview=preview)
+    )
     np.testing.assert_array_equal(wrench, expected)
     assert not state.fallback and state.failures == 0
 
@@ -274,10 +276,12 @@ def test_the_same_bits_alone_and_in_a_batch(name):
         place, speed = 0.3 * rng.normal(size=(2, n, 3)), 0.1 * rng.normal(size=(2, n, 6))
         rate, contact = 0.1 * rng.normal(size=(n, 6)), rng.random(n) > 0.8
         body, target = (RigidState(place[i], q[i], speed[i]) for i in range(2))
-        wrench, many = controller.update(many, body, target, 1.0, 3.0, rate, contact)
+        wrench, many = controller.update(many, body, Demand(target, 1.0, 3.0, rate, contact))
         for i in range(n):
             b, t = (RigidState(place[j, i], q[j, i], speed[j, i]) for j in range(2))
-            one, single[i] = controller.update(single[i], b, t, 1.0, 3.0, rate[i], contact[i])
+            one, single[i] = controller.update(
+                single[i], b, Demand(t, 1.0, 3.0, rate[i], contact[i])
+            )
             assert one.tobytes() == wrench[i].tobytes()
         if k == 12:  # runs end: the others go on with the same bits
             many, single, n = trees.take(many, np.arange(3)), single[:3], 3
@@ -297,9 +301,9 @@ def test_stacked_parameters_are_those_of_each_run(name):
     both = trees.stack(pair)
     body = RigidState(np.zeros((2, 3)), np.tile(LEVEL, (2, 1)), 0.1 * np.ones((2, 6)))
     target = RigidState(0.05 * np.ones((2, 3)), np.tile(LEVEL, (2, 1)), np.zeros((2, 6)))
-    wrench, _ = both.update(both.initial((2,)), body, target)
+    wrench, _ = both.update(both.initial((2,)), body, Demand(target))
     alone = [
-        c.update(c.initial(), at(0, 0, 0, velocity=[0.1] * 6), at(0.05, 0.05, 0.05))[0]
+        c.update(c.initial(), at(0, 0, 0, velocity=[0.1] * 6), Demand(at(0.05, 0.05, 0.05)))[0]
         for c in pair
     ]
     np.testing.assert_array_equal(wrench, alone)
@@ -330,7 +334,7 @@ def test_updates_are_fast_enough():
         if name == "mpc":
             continue
         state = controller.initial((n,))
-        took = best(lambda b, c=controller, s=state: c.update(s, b, target))
+        took = best(lambda b, c=controller, s=state: c.update(s, b, Demand(target)))
         assert took < 6e-3
     for predictor in (KinematicPredictor(PERIOD, "harmonic"), ArPredictor(PERIOD)):
         state = predictor.update(predictor.initial((n,)), body)
@@ -341,7 +345,7 @@ def test_updates_are_fast_enough():
     one = at(0.1, 0.1, -0.5)
     start = time.perf_counter()
     for _ in range(10):
-        mpc.update(mpc.initial(), one, target)
+        mpc.update(mpc.initial(), one, Demand(target))
     plan = (time.perf_counter() - start) / 10
     assert plan < 0.1  # a plan every 0.1 s in real time
 

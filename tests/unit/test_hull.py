@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 import trimesh
-from conftest import one_body
+from conftest import model_error, one_body
 
 import marine_mj
-from marine_mj.errors import ModelError
 from marine_mj.hydrodynamics import HullMesh, check_model, prepare_hull
 from marine_mj.hydrodynamics.floating import (
     Pose,
@@ -73,56 +72,39 @@ def test_scenario_chooses_the_hydrostatics():
 # Refusals
 
 
-def refused(*parts):
-    """Expect a ModelError with all parts in its message."""
-
-    class Expectation:
-        def __enter__(self):
-            self.context = pytest.raises(ModelError)
-            self.error = self.context.__enter__()
-
-        def __exit__(self, *details):
-            result = self.context.__exit__(*details)
-            for part in parts:
-                assert part in str(self.error.value), str(self.error.value)
-            return result
-
-    return Expectation()
-
-
 def test_missing_file():
-    with refused("hull mesh 'no_such.obj' does not exist", "vehicle's assets"):
+    with model_error("hull mesh 'no_such.obj' does not exist", "vehicle's assets"):
         floating("no_such.obj")
 
 
 def test_unreadable_file(tmp_path):
     path = tmp_path / "broken.stl"
     path.write_bytes(b"not a mesh")
-    with refused("hull mesh 'broken.stl'"):
+    with model_error("hull mesh 'broken.stl'"):
         floating(path)
 
 
 def test_mesh_of_an_unknown_body():
     xml = one_body(added_mass=np.ones(6), numerics='<text name="b.hull_mesh" data="x.obj"/>')
-    with refused("'b.hull_mesh'", "['a']"):
+    with model_error("'b.hull_mesh'", "['a']"):
         marine_mj.load_xml(xml)
 
 
 def test_too_many_triangles_for_panels(tmp_path):
     trimesh.creation.icosphere(4).export(tmp_path / "fine.obj")
-    with refused("5120 triangles and 2562 vertices", "2048 and 1024", "prepare_hull"):
+    with model_error("5120 triangles and 2562 vertices", "2048 and 1024", "prepare_hull"):
         floating(tmp_path / "fine.obj")
 
 
 def test_panels_without_a_mesh():
-    with refused("hydrostatics 'panels' of 'a' needs a hull mesh", "a.hull_mesh"):
+    with model_error("hydrostatics 'panels' of 'a' needs a hull mesh", "a.hull_mesh"):
         marine_mj.load_xml(
             one_body(added_mass=np.ones(6)), settings={"a": {"hydrostatics": "panels"}}
         )
 
 
 def test_unknown_hydrostatics():
-    with refused("hydrostatics is 'nonlinear', allowed are linear, panels"):
+    with model_error("hydrostatics is 'nonlinear', allowed are linear, panels"):
         marine_mj.load_xml(
             one_body(added_mass=np.ones(6)), settings={"a": {"hydrostatics": "nonlinear"}}
         )
@@ -131,15 +113,15 @@ def test_unknown_hydrostatics():
 def test_panels_with_constant_buoyancy(tmp_path):
     BOX.export(tmp_path / "box.obj")
     settings = {"a": {"hydrostatics": "panels", "constant_buoyancy": True}}
-    with refused("constant_buoyancy is True", "leave out one"):
+    with model_error("constant_buoyancy is True", "leave out one"):
         floating(tmp_path / "box.obj", settings=settings)
 
 
 def test_hull_that_sinks(tmp_path):
     hull = HullMesh(X, TRIANGLES)
-    with refused("is to displace 1.95122 m3 but encloses 1.2 m3", "check the mass"):
+    with model_error("is to displace 1.95122 m3 but encloses 1.2 m3", "check the mass"):
         equilibrium(hull, 2000.0, (0, 0, 0), 1025.0)
-    with refused("is to displace 0 m3"):
+    with model_error("is to displace 0 m3"):
         floating_height(hull, 0.0)
 
 
@@ -232,8 +214,8 @@ def test_two_hulls():
 
 
 def test_what_cannot_be_prepared():
-    with refused("has no triangles with an area"):
+    with model_error("has no triangles with an area"):
         prepare_hull(np.zeros((3, 3)), [[0, 1, 2]])
-    with refused("cannot be made coarser than 4 triangles", "asked for are 2"):
+    with model_error("cannot be made coarser than 4 triangles", "asked for are 2"):
         tetrahedron = trimesh.convex.convex_hull([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
         prepare_hull(tetrahedron.vertices, tetrahedron.faces, 2)

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 import xarray as xr
-from conftest import one_body
+from conftest import model_error, one_body
 
 import marine_mj
 from marine_mj.errors import ModelError
@@ -146,11 +146,9 @@ def test_memory_never_gives_net_energy():
 def refused(*words, omega=OMEGA, added=None, damping=None, infinite=INFINITE, **options):
     """fit_memory raises a ModelError with these words."""
     A, B = sampled() if len(omega) == 40 else (np.zeros((len(omega), 6, 6)),) * 2
-    with pytest.raises(ModelError) as error:
+    with model_error(*words):
         added = A if added is None else added
         fit_memory(omega, added, B if damping is None else damping, infinite, **options)
-    for word in words:
-        assert word in str(error.value)
 
 
 def test_damping_that_feeds_energy_is_refused():
@@ -218,14 +216,14 @@ def test_stored_fit_is_the_fit_of_the_data(tmp_path):
     path = tmp_path / "copy.nc"
     shutil.copy(DATABASE, path)
     fresh = store_memory(path)
-    stored = database_memory(str(path))
-    assert (fresh.poles == stored.poles).all() and (fresh.residues == stored.residues).all()
     with (
         xr.open_dataset(path, engine="h5netcdf") as new,
         xr.open_dataset(DATABASE, engine="h5netcdf") as old,
     ):
         fit = ["memory_poles", "memory_residues"]
         assert new.drop_vars(fit).identical(old.drop_vars(fit))
+        for name, values in zip(fit, (fresh.poles, fresh.residues), strict=True):
+            assert (new[name].values == [values.real, values.imag]).all()
     shipped = database_memory(FILE)
     omega = np.geomspace(0.05, 50, 100)
     K = shipped.retardation(omega)

@@ -11,6 +11,7 @@ from marine_mj.controllers.navigation import (
     PlanarFilter,
     PlanarNavigation,
     PlanarNoise,
+    Truth,
     chi_square_bounds,
     kalman_update,
     nees,
@@ -240,13 +241,12 @@ def test_planar_navigation_gives_the_same_bits_alone_and_after_others_have_ended
     np.testing.assert_array_equal(alone.carrier_acceleration[0], together.carrier_acceleration[0])
     rows = np.array([False, True, False])
     still = np.zeros((3, 6))
-    whole = navigator.update(together.state, true, dock, still, still, 60).state
+    whole = navigator.update(together.state, Truth(true, dock, still, still), 60).state
     cut = trees.take(true, rows), trees.take(dock, rows)
     fewer = RigidState(*(getattr(cut[0], k) for k in ("position", "quaternion", "velocity")))
     other = RigidState(*(getattr(cut[1], k) for k in ("position", "quaternion", "velocity")))
-    part = navigator.update(
-        trees.take(together.state, rows), fewer, other, still[rows], still[rows], 60
-    ).state
+    truth = Truth(fewer, other, still[rows], still[rows])
+    part = navigator.update(trees.take(together.state, rows), truth, 60).state
     np.testing.assert_array_equal(part.mean, whole.mean[rows])
     np.testing.assert_array_equal(part.covariance, whole.covariance[rows])
 

@@ -5,6 +5,7 @@ from scipy.linalg import solve_discrete_are
 
 from marine_mj.controllers import RigidState
 from marine_mj.controllers.kinematics import world_velocity
+from marine_mj.controllers.navigation import Truth
 from marine_mj.controllers.navigation.planar import PlanarNavigation, planar_scenario
 from marine_mj.frames import Array
 from marine_mj.reproduce.sections.base import Finding, Job, Outcome, panels
@@ -118,10 +119,11 @@ def _filtered() -> tuple[Array, Array, Array, Array, Array, Array]:
         if step:
             gained = (np.array(now) - np.array(before)) / _PERIOD
         before = now
+        truth = Truth(*pair, *gained)
         if state is None:
             seeds = np.arange(1, _RUNS + 1, dtype=np.uint64)
-            state = navigator.initial(pair[0], pair[1], seeds, (_RUNS,))
-        state = navigator.update(state, pair[0], pair[1], gained[0], gained[1], step).state
+            state = navigator.initial(truth, seeds, (_RUNS,))
+        state = navigator.update(state, truth, step).state
         true.append(np.stack(navigator.true_states(state, pair[0], pair[1]), axis=1))
         if step % navigator.every == 0:
             held.append(np.stack(navigator.fixes(state, pair[0], pair[1], step), axis=1))

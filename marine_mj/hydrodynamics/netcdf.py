@@ -1,0 +1,63 @@
+"""Variables of NetCDF 4 files by the names of their axes.
+
+Models are loaded without xarray, whose import would take as long as that of the whole package.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from marine_mj.frames import Array
+
+
+def read_variables(
+    path: Path,
+    wanted: Mapping[str, Sequence[str]],
+    labels: Mapping[str, Sequence[str]],
+    optional: Collection[str] = (),
+) -> dict[str, Array]:
+    """Wanted variables as float arrays.
+
+    Args:
+        path: the file.
+        wanted: axes of every variable, in the wanted order.
+        labels: entries of some axes, in the wanted order, by what the file calls them.
+        optional: variables that are left out where the file lacks them.
+
+    Raises:
+        OSError: the file cannot be read or is no NetCDF 4 file.
+        KeyError: a variable or a label is missing.
+        ValueError: a variable has other axes, or is packed.
+    """
+    import h5netcdf
+
+    found = {}
+    with h5netcdf.File(path, "r") as file:
+        for name, axes in wanted.items():
+            if name in optional and name not in file.variables:
+                continue
+            variable = file.variables[name]
+            if sorted(variable.dimensions) != sorted(axes):
+                raise ValueError(f"{name} has the axes {', '.join(variable.dimensions)}")
+            if {"scale_factor", "add_offset"} & set(variable.attrs):
+                raise ValueError(f"{name} is packed with scale_factor or add_offset")
+            table = np.asarray(variable[...], dtype=float)
+            table = table.transpose([variable.dimensions.index(axis) for axis in axes])
+            for place, axis in enumerate(axes):
+                if axis in labels:
+                    entries = file.variables[axis][...]
+                    table = table.take(_places(entries, labels[axis]), axis=place)
+            found[name] = table
+    return found
+
+
+def _places(entries: NDArray, labels: Sequence[str]) -> list[int]:
+    """Indices of labels among the entries of an axis: strings, or rows of characters."""
+    rows = [b"".join(row).rstrip(b"\0") if entries.ndim == 2 else row for row in entries]
+    texts = [row.decode() if isinstance(row, bytes) else str(row) for row in rows]
+    for label in labels:
+        if label not in texts:
+            raise KeyError(label)
+    return [texts.index(label) for label in labels]
