@@ -167,8 +167,7 @@ class DockingPilot:
             target,
             command.scale,
             command.push,
-            command.follow * acceleration_at(dock, acceleration, place)
-            + command.acceleration,
+            command.follow * acceleration_at(dock, acceleration, place) + command.acceleration,
             (guidance.phase == Phase.CONTACT)
             | ((guidance.phase == Phase.LEAVE) & (guidance.height >= 0)),
         )

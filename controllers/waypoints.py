@@ -212,7 +212,7 @@ class GuidanceCommand:
     entered: Array
     follow: Array
     acceleration: Array | float = 0.0
-    riding: Array | bool = False
+    riding: NDArray[np.bool_] | bool = False
 
 
 @dataclass(frozen=True)

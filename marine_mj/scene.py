@@ -316,7 +316,9 @@ def _add_heading_control(
             f'motion = "{vehicle.motion}" is prescribed: leave one of them out'
         )
     position, quaternion = start_pose(vehicle)
-    start = spec.worldbody.add_site(name=f"{instance}:start", pos=position, quat=quaternion, group=4)
+    start = spec.worldbody.add_site(
+        name=f"{instance}:start", pos=position, quat=quaternion, group=4
+    )
     site = main_body(spec, instance).add_site(name=f"{instance}:heading", group=4)
     spec.add_actuator(
         name=f"{instance}:heading",  # none of those that controllers command: it holds zero

@@ -48,8 +48,8 @@ CAPTURE_ERRORS = tuple(
 CAPTURE = ("time", *CAPTURE_ERRORS, "relative_speed", "relative_kinetic_energy")
 #: Importance of the axes in contact, when the thrusters cannot give all of them
 #: (`Allocator.axis_weight`): heave first, of which a vehicle that is pushed into a dock has too
-#: little; the pads turn the push into more pitch moment than the same thrusters would give directly.
-#: A free vehicle has no pads: there attitude counts as much, or a lasting want of heave tips it over.
+#: little; the pads turn the push into more pitch moment than the thrusters would give directly. A
+#: free vehicle has no pads: there attitude counts as much, or a lasting want of heave tips it over.
 _CONTACT_WEIGHT = (1.0, 1.0, 3.0, 3.3, 3.3, 3.3)
 #: Latest start on the wave record in episodes with a random start, s.
 _LATEST_START = 600.0

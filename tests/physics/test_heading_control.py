@@ -43,7 +43,7 @@ def test_moment_is_a_spring_and_damper_within_its_limit(angle, rate):
 
 def test_usv_turns_back_as_the_equation_of_yaw_says():
     """Independent: (I_z + A66) psi'' = N_control - D_L r - D_Q r abs(r), constant radiation."""
-    model, position, velocity = scene(**{"vehicles.usv.radiation": "constant"})
+    model, position, _ = scene(**{"vehicles.usv.radiation": "constant"})
     data = turned(model, position, 0.4)
 
     def equation(_, state):

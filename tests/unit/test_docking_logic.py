@@ -190,7 +190,7 @@ def test_no_entry_is_given_up_close_to_the_aperture():
 
 @pytest.mark.parametrize("phase", [Phase.APPROACH, Phase.UNDER, Phase.WAIT, Phase.AWAY])
 def test_riding_waypoints_move_with_the_carrier_but_do_not_turn_with_it(phase):
-    """Rolled by 30 deg, 1.5 m up, rolling at 0.5 rad/s: the aperture swings, the waypoints do not."""
+    """Rolled by 30 deg, 1.5 m up, rolling on: the aperture swings, the waypoints do not."""
     roll = RigidState(
         np.array([10, 0, 1.5]),
         np.array([np.cos(np.pi / 12), np.sin(np.pi / 12), 0, 0]),
