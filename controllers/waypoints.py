@@ -75,8 +75,8 @@ class DockingPlan:
         retreat: ours: how much deeper the vehicle waits until the dock is quiet, m. It goes on
             moving with the dock, which moves as the water does: a vehicle that stands against the
             water meets the dock with the speed of both.
-        commit: ours: no entry is given up nearer than this to the aperture plane, m: a vehicle that
-            turns back between the forks is met by them (-inf: any may be).
+        commit: ours: no entry is given up nearer than this to the aperture plane and within the
+            aperture, m: a vehicle that turns back is met by the forks (-inf: any may be).
         corridor: ours: (2,) half length and half width at the aperture of the corridor in which a
             vehicle may rise, opening downwards by 20 deg; outside it goes back to waypoint 3, m.
         aperture: (2,) half length and half width within which a crossing is an entry, m.
@@ -283,9 +283,9 @@ class DockingGuidance:
         calm = np.where(ready, state.calm + period, 0.0)
         advance |= ready & (calm > plan.wait_time)
         abort = (phase == Phase.ENTER) & ((speed > plan.wait_speed) | outside | rough)
-        abort &= height < -np.asarray(plan.commit)
-        # The entry counts once waypoint 2 has been reached (digest 6.5).
         within = np.all(np.abs(across) <= np.asarray(plan.aperture), axis=-1)
+        abort &= ~(within & (height >= -np.asarray(plan.commit)))
+        # The entry counts once waypoint 2 has been reached (digest 6.5).
         armed = (phase == Phase.WAIT) | (phase == Phase.ENTER)
         entered = armed & within & (state.height < 0) & (height >= 0)
         missed = (phase == Phase.CONTACT) & (height < -plan.missed_depth)

@@ -186,6 +186,8 @@ def test_no_entry_is_given_up_close_to_the_aperture():
         )
         _, state = update(guidance, rough, at(10, 0, -1.5))
         assert state.phase == phase
+        _, state = update(guidance, rough, at(10, 0.45, -1.5))  # beside the aperture
+        assert state.phase == Phase.WAIT
 
 
 @pytest.mark.parametrize("phase", [Phase.APPROACH, Phase.UNDER, Phase.WAIT, Phase.AWAY])
