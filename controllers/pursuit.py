@@ -36,7 +36,7 @@ class PursuitGuidance:
         attempts = np.zeros(shape, dtype=int)
         phase = np.full(shape, int(Phase.ENTER))
         zero = np.zeros(shape)
-        return GuidanceState(phase, np.full(shape, -np.inf), zero, attempts, zero, zero, zero)
+        return GuidanceState(phase, np.full(shape, -np.inf), zero, attempts, zero, zero, zero, zero)
 
     def update(
         self,
