@@ -2,51 +2,62 @@
 
 from shapes import ball, both, box, join, path, tube, write
 
-HULL_BOTTOM = -0.3  # z of the carrier's hull bottom, m
+TOP = -0.3 + 1.1  # the carrier's hull bottom from the seat, m
+MOUTH, ENTRY, END = -0.95, -0.3, 0.7  # x of tips, of the rails' aft ends and of their fore ends
+POLE, FIN = 0.085, 0.15  # x of the pole; height of pole, yoke and notch
+
+
+def rail(side, way):
+    """One sleeve: ramp and rail, `way` 1 above the hull and -1 below it."""
+    y, z = 0.075 * side, 0.1062 * way
+    return path([(MOUTH, 0.11 * side, 0.42 * way), (ENTRY, y, z), (END, y, z)], 0.0215, 10)
+
+
+def yoke(side):
+    """Guide of the fin, standing on an upper rail."""
+    notch = [(-0.14, 0.0215 * side, FIN), (0.05, 0.0215 * side, FIN)]
+    aft = path([(ENTRY, 0.075 * side, 0.1062), (ENTRY, 0.07 * side, FIN), notch[0]], 0.0115)
+    return join(aft, path([*notch, (POLE, 0.0215 * side, FIN)], 0.0115))
+
+
+def struts(side):
+    """What carries rails and pole: outside the nacelles, which reach to y = 0.4 m."""
+    parts = []
+    for x, y, z in ((MOUTH, 0.11, 0.42), (ENTRY, 0.075, 0.1062), (END, 0.075, 0.1062)):
+        low = -z - 0.08
+        beam = [(x, y, -z), (x, y + 0.05, low), (x, 0.52, low), (x, 0.58, low + 0.06)]
+        parts += [
+            path([(x, a * side, h) for a, h in [p[1:] for p in beam] + [(0.58, TOP)]], 0.016),
+            tube((x, y * side, z), (x, 0.28 * side, TOP), 0.014),
+            box((0.12, 0.12, 0.02), (x, 0.58 * side, TOP)),
+            box((0.10, 0.10, 0.02), (x, 0.28 * side, TOP)),
+        ]
+    return join(
+        *parts,
+        tube((POLE, 0.58 * side, FIN), (POLE, 0.58 * side, TOP), 0.022),
+        tube((POLE, 0.30 * side, FIN), (POLE, 0.57 * side, FIN + 0.28), 0.014),
+        box((0.14, 0.12, 0.02), (POLE, 0.58 * side, TOP)),
+        tube((MOUTH, 0.58 * side, 0.0), (ENTRY, 0.58 * side, 0.0), 0.012),
+        tube((ENTRY, 0.58 * side, 0.0), (END, 0.58 * side, 0.0), 0.012),
+    )
 
 
 def main() -> None:
-    """Pole with its sleeve, yoke, ramps, skid, and the struts up to the hull."""
-    z, top = 0.114, HULL_BOTTOM + 0.95
-
-    def yoke(side):
-        mouth, bend = (-0.80, 0.50 * side, z + 0.035), (-0.27, 0.1166 * side, z + 0.0069)
-        return join(
-            path([mouth, (-0.14, 0.0225 * side, z)], 0.0115),
-            path([(-0.14, 0.0225 * side, z), (0.05, 0.0225 * side, z)], 0.0115),
-            path([bend, (-0.75, 0.14 * side, 0.42)], 0.0115),
-        )
-
-    def struts(side):
-        end = (0.085, 0.58 * side, 0.138)
-        mouth = (-0.80, 0.50 * side, z + 0.035)
-        over = (-0.80, 0.56 * side, 0.30)
-        spar = [(-0.80, 0.56 * side, top - 0.02), (0.09, 0.56 * side, top - 0.02)]
-        return join(
-            tube(end, (0.085, 0.58 * side, top), 0.024),
-            tube((0.085, 0.30 * side, 0.138), (0.085, 0.56 * side, 0.42), 0.014),
-            path([mouth, over, (-0.80, 0.56 * side, top)], 0.016),
-            tube((-0.75, 0.14 * side, 0.42), (-0.72, 0.56 * side, top - 0.02), 0.014),
-            tube((-0.27, 0.1166 * side, z + 0.0069), (-0.20, 0.56 * side, top - 0.02), 0.012),
-            tube(*spar, 0.018),
-            box((0.14, 0.12, 0.02), (0.09, 0.58 * side, top)),
-            box((0.14, 0.12, 0.02), (-0.80, 0.56 * side, top)),
-        )
-
-    shaft = tube((0.085, -0.62, 0.138), (0.085, 0.62, 0.138), 0.02, 24)
-    clamps = [tube((0.085, y - 0.02, 0.138), (0.085, y + 0.02, 0.138), 0.03, 24)
+    """Pole with its sleeve, rails, yoke, and the struts up to the hull."""
+    shaft = tube((POLE, -0.62, FIN), (POLE, 0.62, FIN), 0.02, 24)
+    clamps = [tube((POLE, y - 0.02, FIN), (POLE, y + 0.02, FIN), 0.03, 24)
               for y in (-0.58, -0.3, 0.3, 0.58)]  # fmt: skip
-    holder = tube((0.085, 0.0, 0.138), (0.15, 0.0, z + 0.001), 0.010)
-    skid = path([(0.13, 0, z + 0.001), (0.60, 0, z + 0.001), (0.72, 0, z + 0.05)], 0.0115)
-    stay = tube((0.58, 0, z), (0.30, 0, top), 0.014)
+    lamps = [join(*(ball((MOUTH - 0.012, 0.11 * side, z), 0.03) for z in (0.426, -0.426)))
+             for side in (1, -1)]  # fmt: skip
     write(
         "pole",
         pole=join(shaft, *clamps),
-        sleeve=tube((0.085, -0.26, 0.138), (0.085, 0.26, 0.138), 0.029, 24),
-        yoke=join(both(yoke), skid, holder),
-        struts=join(both(struts), stay, box((0.12, 0.10, 0.02), (0.30, 0, top))),
-        lamps_port=join(ball((-0.81, 0.508, z + 0.045), 0.02), ball((-0.76, 0.14, 0.43))),
-        lamps_starboard=join(ball((-0.81, -0.508, z + 0.045), 0.02), ball((-0.76, -0.14, 0.43))),
+        sleeve=tube((POLE, -0.26, FIN), (POLE, 0.26, FIN), 0.029, 24),
+        rails=join(*(rail(side, way) for side in (1, -1) for way in (1, -1))),
+        yoke=both(yoke),
+        struts=both(struts),
+        lamps_port=lamps[0],
+        lamps_starboard=lamps[1],
     )
 
 

@@ -26,7 +26,7 @@ class StationGuidance:
         zero = np.zeros(shape)
         attempts = np.zeros(shape, dtype=int)
         phase = np.full(shape, int(Phase.ENTER))
-        return GuidanceState(phase, np.full(shape, -np.inf), zero, attempts, zero, zero, zero)
+        return GuidanceState(phase, np.full(shape, -np.inf), zero, attempts, zero, zero, zero, zero)
 
     def update(
         self,

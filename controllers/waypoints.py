@@ -84,6 +84,8 @@ class DockingPlan:
         push: force towards the seat while in contact, level or upwards, N.
         lift: upward force beside it while in contact, N: keeps a vehicle under what it hooks into.
         contact_scale: (6,) factor on the pose error while in contact; 0 lets an axis go.
+        contact_time: ours: a vehicle in contact that is not latched after this time goes back to
+            waypoint 3 and tries again, s (inf: it goes on pushing).
         seat_speed: how fast the target moves from the aperture to the seat, m/s.
         leave_speed: ours: how fast the target leaves the dock when the latch has opened, m/s.
         leave_depth: ours: how far below the aperture it goes before it lets the dock be, m: a dock
@@ -114,6 +116,7 @@ class DockingPlan:
     push: float = 20.0
     lift: float = 0.0
     contact_scale: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+    contact_time: float = np.inf
     seat_speed: float = 0.15
     leave_speed: float = 0.3
     leave_depth: float = 2.0
@@ -129,6 +132,7 @@ class DockingPlan:
             "acceptance",
             "wait_speed",
             "missed_depth",
+            "contact_time",
             "seat_speed",
             "leave_speed",
             "leave_depth",
@@ -181,6 +185,7 @@ class GuidanceState:
         calm: (...,) for how long the vehicle has been ready to enter, s.
         waited: (...,) time in WAIT since the last attempt, s.
         turning: (...,) mean square of the dock's angular velocity, with memory, rad2/s2.
+        pushed: (...,) for how long the vehicle has been in contact, s.
     """
 
     phase: Array
@@ -190,6 +195,7 @@ class GuidanceState:
     calm: Array | float = 0.0
     waited: Array | float = 0.0
     turning: Array | float = 0.0
+    pushed: Array | float = 0.0
 
 
 @dataclass(frozen=True)
@@ -231,6 +237,7 @@ class DockingGuidance:
             calm=np.zeros(shape),
             waited=np.zeros(shape),
             turning=np.zeros(shape),
+            pushed=np.zeros(shape),
         )
 
     def update(
@@ -288,7 +295,9 @@ class DockingGuidance:
         # The entry counts once waypoint 2 has been reached (digest 6.5).
         armed = (phase == Phase.WAIT) | (phase == Phase.ENTER)
         entered = armed & within & (state.height < 0) & (height >= 0)
-        missed = (phase == Phase.CONTACT) & (height < -plan.missed_depth)
+        touching = phase == Phase.CONTACT
+        pushed = np.where(touching, state.pushed + period, 0.0)
+        missed = touching & ((height < -plan.missed_depth) | (pushed > plan.contact_time))
 
         next_phase = np.where(advance, phase + 1, phase)
         next_phase = np.where(abort | missed, int(Phase.WAIT), next_phase)
@@ -307,7 +316,7 @@ class DockingGuidance:
         back = np.maximum(back, end_of_way(travel, plan.leave_depth))
         progress = np.where(next_phase == Phase.LEAVE, back, progress)
         following = GuidanceState(
-            next_phase, height, progress, state.attempts + entered, calm, waited, turning
+            next_phase, height, progress, state.attempts + entered, calm, waited, turning, pushed
         )
         towards = _towards(plan, carrier)
         return self._command(following, entered, targets, towards), following

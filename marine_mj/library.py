@@ -63,12 +63,26 @@ def assets_folder() -> Path:
     return Path(str(marine_mj.assets.__file__)).parent
 
 
+def attached_models(xml: Path) -> list[Path]:
+    """Files of the models that an MJCF file attaches (`<asset><model file=...>`)."""
+    tree = _tree(xml)
+    models = () if tree is None else tree.iter("model")
+    return [(xml.parent / str(model.get("file"))).resolve() for model in models]
+
+
 def is_dock(xml: Path) -> bool:
     """Whether an MJCF file has no free joint: docks are attached to a vehicle."""
-    try:
-        tree = ElementTree.parse(xml)
-    except ElementTree.ParseError:
+    tree = _tree(xml)
+    if tree is None:
         return False
     if tree.find(".//freejoint") is not None:
         return False
     return all(joint.get("type") != "free" for joint in tree.iter("joint"))
+
+
+def _tree(xml: Path) -> ElementTree.Element | None:
+    """Root element of an MJCF file; None when it is not XML, which is MuJoCo's to tell."""
+    try:
+        return ElementTree.parse(xml).getroot()
+    except ElementTree.ParseError:
+        return None

@@ -11,7 +11,7 @@ import scipy
 import marine_mj
 import marine_mj.controllers
 from marine_mj.errors import ModelError
-from marine_mj.library import assets_folder, find_model
+from marine_mj.library import assets_folder, attached_models, find_model
 from marine_mj.scenario import Scenario
 from marine_mj.simulation.recorder import versions
 
@@ -64,13 +64,17 @@ def code_digest() -> str:
 
 @lru_cache(maxsize=256)
 def _model_digest(name: str) -> str:
-    """Hash of all files of a vehicle or dock; of nothing when it does not exist (its runs fail)."""
+    """Hash of all files of a vehicle or dock and of the models that it attaches.
+
+    Of nothing when it does not exist (its runs fail).
+    """
     try:
-        folder = find_model(name).parent
+        xml = find_model(name)
     except ModelError:
         return "missing"
     digest = hashlib.sha256()
-    _add(digest, folder, (path for path in folder.rglob("*") if path.is_file()))
+    for folder in (xml.parent, *(path.parent for path in attached_models(xml))):
+        _add(digest, folder, (path for path in folder.rglob("*") if path.is_file()))
     return digest.hexdigest()
 
 

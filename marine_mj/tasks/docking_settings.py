@@ -120,6 +120,7 @@ class PlanSettings(Settings):
     push: NotNegative = 20.0
     lift: NotNegative = 0.0
     contact_scale: tuple[float, float, float, float, float, float] = (1.0,) * 6
+    contact_time: Positive | None = None
     seat_speed: Positive = 0.15
     leave_speed: Positive = 0.3
     leave_depth: Positive = 2.0
@@ -128,6 +129,7 @@ class PlanSettings(Settings):
         """The plan of the controllers."""
         values = self.model_dump()
         values["wait_speed"] = np.inf if self.wait_speed is None else self.wait_speed
+        values["contact_time"] = np.inf if self.contact_time is None else self.contact_time
         values["quiet_rate"] = np.inf if self.quiet_rate is None else self.quiet_rate
         values["commit"] = -np.inf if self.commit is None else self.commit
         values["corridor"] = (np.inf, np.inf) if self.corridor is None else self.corridor

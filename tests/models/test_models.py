@@ -104,7 +104,7 @@ def test_geoms_are_visual_or_collision_and_massless(name):
         if geom.name.startswith("forbidden_"):
             assert not visual
     assert {2, 3} <= set(model.geom_group)
-    classes = set(re.findall(r'<default class="(\w+)"', load(name).to_xml()))
+    classes = set(re.findall(r'<default class="(?:\w+/)?(\w+)"', load(name).to_xml()))
     assert {"visual", "collision"} <= classes
     if name in DOCKS - SUSPENDED:
         assert model.body_mass.sum() == 0.0
@@ -232,3 +232,28 @@ def test_seat_and_aperture_of_the_cradle_on_the_usv():
     np.testing.assert_allclose(data.site("dock/seat").xpos, [0, 0, -0.5])
     assert model.body_subtreemass[1] == alone.body_subtreemass[1] == 2306
     assert data.ncon == 0, "the cradle does not touch its carrier"
+
+
+def test_the_suspended_cradle_has_the_guides_of_the_cradle():
+    """The same geoms, seat on seat and aperture on aperture, with the same contact."""
+    fixed, hung = load("cradle").compile(), load("cradle_suspended").compile()
+    places = []
+    for model, prefix in ((fixed, ""), (hung, "guides/")):
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        names = [model.geom(i).name for i in range(model.ngeom) if model.geom_contype[i]]
+        assert names and all(name.startswith(prefix) for name in names)
+        seat = data.site("seat").xpos
+        np.testing.assert_allclose(data.site(f"{prefix}seat").xpos, seat)
+        np.testing.assert_allclose(data.site(f"{prefix}aperture").xpos, data.site("aperture").xpos)
+        geoms = {name.removeprefix(prefix): model.geom(name) for name in names}
+        places.append(
+            {
+                name: (data.geom_xpos[g.id] - seat, data.geom_xmat[g.id], g.size, g.solref)
+                for name, g in geoms.items()
+            }
+        )
+    assert places[0].keys() == places[1].keys()
+    for name, values in places[0].items():
+        for ours, theirs in zip(values, places[1][name], strict=True):
+            np.testing.assert_allclose(ours, theirs, atol=1e-12, err_msg=name)

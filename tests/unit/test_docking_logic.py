@@ -99,6 +99,25 @@ def test_missed_vehicle_waits_again():
     assert state.phase == Phase.WAIT and state.progress == 0
 
 
+def test_vehicle_that_is_not_latched_in_time_tries_again():
+    """Pushing 0.1 m off the seat: back below the aperture after `contact_time`, and in again."""
+    for limit, phase in ((np.inf, Phase.CONTACT), (2.0, Phase.WAIT)):
+        guidance = DockingGuidance(DockingPlan(contact_time=limit))
+        entering = type(guidance.initial())(
+            np.array(3), np.array(-0.1), np.array(0.0), np.array(0), pushed=np.array(0.0)
+        )
+        _, state = update(guidance, entering, at(10, 0.1, -0.9))
+        for _ in range(198):  # to 1.98 s
+            _, state = update(guidance, state, at(10, 0.1, -0.6))
+        assert state.phase == Phase.CONTACT
+        for _ in range(3):
+            _, state = update(guidance, state, at(10, 0.1, -0.6))
+        assert state.phase == phase
+    for z in (-2.0, -1.1, -0.9):
+        _, state = update(guidance, state, at(10, 0, z))
+    assert state.phase == Phase.CONTACT and state.attempts == 2 and state.pushed == 0
+
+
 def test_waiting_for_low_relative_speed_and_abort():
     guidance = DockingGuidance(DockingPlan(wait_speed=0.5))
     initial = guidance.initial()
