@@ -7,6 +7,7 @@ from marine_mj.controllers.cpva import CPVA_GAINS, Cpva, CpvaGains, CpvaState, c
 from marine_mj.controllers.cruise import CRUISE_LAWS, CruiseGuidance, CruiseState
 from marine_mj.controllers.demand import Demand, Preview
 from marine_mj.controllers.docking import DockFrames, DockingPilot, PilotState
+from marine_mj.controllers.docking_plan import DockingPlan
 from marine_mj.controllers.hydrostatics import Hydrostatics
 from marine_mj.controllers.kinematics import (
     Accelerometer,
@@ -27,7 +28,7 @@ from marine_mj.controllers.prediction import KinematicPredictor, Prediction, Pre
 from marine_mj.controllers.pursuit import PursuitGuidance
 from marine_mj.controllers.sliding import SLIDING_GAINS, SlidingGains, SlidingMode
 from marine_mj.controllers.station import StationGuidance
-from marine_mj.controllers.waypoints import DockingGuidance, DockingPlan, GuidanceState, Phase
+from marine_mj.controllers.waypoints import DockingGuidance, GuidanceState, Phase
 
 __all__ = [
     "CPVA_GAINS",

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from marine_mj.controllers import guidance_laws as laws
+from marine_mj.controllers.docking_plan import DockingPlan
 from marine_mj.controllers.kinematics import RigidState, heading_quaternion
 from marine_mj.controllers.waypoints import (
     DockingGuidance,
-    DockingPlan,
     GuidanceCommand,
     GuidanceState,
     Phase,

@@ -3,9 +3,10 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from marine_mj.controllers.docking_plan import DockingPlan
 from marine_mj.controllers.kinematics import RigidState
 from marine_mj.controllers.station import StationGuidance
-from marine_mj.controllers.waypoints import DockingPlan, GuidanceCommand, GuidanceState
+from marine_mj.controllers.waypoints import GuidanceCommand, GuidanceState
 
 from marine_mj import frames
 from marine_mj.frames import Array

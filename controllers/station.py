@@ -3,8 +3,9 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+from marine_mj.controllers.docking_plan import DockingPlan
 from marine_mj.controllers.kinematics import RigidState
-from marine_mj.controllers.waypoints import DockingPlan, GuidanceCommand, GuidanceState, Phase
+from marine_mj.controllers.waypoints import GuidanceCommand, GuidanceState, Phase
 
 from marine_mj.frames import Array
 
