@@ -12,12 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from marine_mj import frames, hydrodynamics
-from marine_mj.contact_success import contact_success
 from marine_mj.controllers import (
     Allocator,
     DockingPilot,
     Latch,
-    LatchState,
     Limits,
     Phase,
     PilotState,
@@ -26,7 +24,6 @@ from marine_mj.controllers import (
     relative_velocity,
 )
 from marine_mj.controllers.kinematics import rotate
-from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array
 from marine_mj.scenario import Scenario
 from marine_mj.scene import main_bodies, start_pose
@@ -34,18 +31,12 @@ from marine_mj.tasks.base import Flags, Mission, Signal, from_unit
 from marine_mj.tasks.contact_log import ContactLog
 from marine_mj.tasks.docking_controllers import docking_pilot
 from marine_mj.tasks.docking_geometry import DockingGeometry, DockingView
-from marine_mj.tasks.docking_navigation import DockingNavigation, NavigationState
+from marine_mj.tasks.docking_navigation import DockingNavigation, docking_navigation
 from marine_mj.tasks.docking_physics import DockingPhysics
 from marine_mj.tasks.docking_settings import DockingSettings
+from marine_mj.tasks.docking_state import CAPTURE, DockingState, docking_summary
 from marine_mj.tasks.reader import BodyReader
-from marine_mj.weather import significant_height
 
-#: Pose errors at capture, in the aperture frame FRD, m and rad.
-CAPTURE_ERRORS = tuple(
-    f"{axis}_error" for axis in ("surge", "sway", "heave", "roll", "pitch", "yaw")
-)
-#: What is kept of the first crossing of the aperture.
-CAPTURE = ("time", *CAPTURE_ERRORS, "relative_speed", "relative_kinetic_energy")
 #: Importance of the axes in contact, when the thrusters cannot give all of them
 #: (`Allocator.axis_weight`): heave first, of which a vehicle that is pushed into a dock has too
 #: little; the pads turn the push into more pitch moment than the thrusters would give directly. A
@@ -55,49 +46,6 @@ _CONTACT_WEIGHT = (1.0, 1.0, 3.0, 3.3, 3.3, 3.3)
 _LATEST_START = 600.0
 #: "0 approach 1 under ...": phases by number, for logs.
 _PHASES = " ".join(f"{phase.value} {phase.name.lower()}" for phase in Phase)
-
-
-@dataclass(frozen=True)
-class DockingState:
-    """Memory of a mission.
-
-    Attributes:
-        pilot: of guidance and controller.
-        navigation: of what they know.
-        latch: of the latch's monitor.
-        wrench: (..., 6) wrench the actuators were asked for, FLU.
-        target: (..., 3) position the controller steers to, NWU, m.
-        miss: (..., 2, 6) pose and velocity of the target minus the vehicle's, world axes NWU.
-        start_time: (...,) time on the wave record at the start, s.
-        latch_time: (...,) when the latch closed, s; inf before.
-        undock_at: (...,) when it is to open, s; inf: never.
-        undock_time: (...,) when it opened, s; inf before.
-        clear_time: (...,) when the undocked vehicle was clear of the dock, s; inf before.
-        away_time: (...,) when it was back at waypoint 1 (open loop: clear), s; inf before.
-        contact: what contacts did so far.
-        departure: what they did since the latch opened.
-        height: (...,) height above the aperture plane at the last look, m.
-        entries: (...,) int, crossings of the aperture from below.
-        capture: (..., 9) values of `CAPTURE` at the first crossing; NaN before.
-    """
-
-    pilot: PilotState
-    navigation: NavigationState
-    latch: LatchState
-    wrench: Array
-    target: Array
-    miss: Array
-    start_time: Array
-    latch_time: Array
-    undock_at: Array
-    undock_time: Array
-    clear_time: Array
-    away_time: Array
-    contact: ContactLog
-    departure: ContactLog
-    height: Array
-    entries: Array
-    capture: Array
 
 
 @dataclass(frozen=True)
@@ -176,7 +124,7 @@ class DockingMission(Mission):
             closed_loop=closed_loop,
             geometry=physics.geometry,
             pilot=docking_pilot(scenario, settings, physics, limits),
-            navigation=_navigation(scenario, settings, physics),
+            navigation=docking_navigation(scenario, settings, physics),
             allocator=physics.allocator(physics.vehicle),
             contact_allocator=replace(
                 physics.allocator(physics.vehicle), axis_weight=np.array(_CONTACT_WEIGHT)
@@ -431,61 +379,10 @@ class DockingMission(Mission):
         `docked` says whether the latch has closed, even if it has opened again since; times are
         counted from the start.
         """
-        values = dict(zip(CAPTURE, state.capture.tolist(), strict=True))
-        capture = None if np.isnan(values["time"]) else values
-        height, period = significant_height(scenario.sea)
-        undocked = bool(np.isfinite(state.undock_time))
-
-        def since(moment: Array) -> float | None:
-            return float(moment - state.start_time) if np.isfinite(moment) else None
-
-        row = {
-            "docked": bool(np.isfinite(state.latch_time)),
-            "sea_state": {"H_s": height, "T_p": period, "number": scenario.sea.sea_state},
-            "capture": capture,
-            "capture_time": capture["time"] if capture else None,
-            "latch_time": since(state.latch_time),
-            "latched": bool(latched),
-            "undock_time": since(state.undock_time),
-            "clear_time": since(state.clear_time),
-            "away_time": since(state.away_time),
-            "undocked": bool(np.isfinite(state.clear_time)),
-            "undock_contact_force": float(state.departure.peak_force) if undocked else None,
-            "undock_forbidden_contact": bool(state.departure.crashed) if undocked else None,
-            "peak_contact_force": float(state.contact.peak_force),
-            "contact_impulse": float(state.contact.impulse),
-            "contact_energy": float(state.contact.energy),
-            "contact_penetration": float(state.contact.penetration),
-            "contact_duration": float(state.contact.duration),
-            "forbidden_contact": bool(state.contact.crashed),
-            "attempts": int(state.entries),
-            "controller": self.settings.controller if self.closed_loop else None,
-            "gains": self.settings.gain_set if self.closed_loop else None,
-            "navigation": self.settings.navigation.kind if self.closed_loop else None,
-            "navigation_rmse": self.navigation.rmse(state.navigation),
-        }
-        return row | {"contact_success": contact_success(row, self.settings.force_limit)}
-
-
-def _navigation(
-    scenario: Scenario, settings: DockingSettings, physics: DockingPhysics
-) -> DockingNavigation:
-    """The navigation that the settings ask for.
-
-    Raises:
-        ScenarioError: planar navigation of a vehicle that is not planar.
-    """
-    if settings.navigation.kind == "thesis" and not scenario.vehicles[physics.vehicle].planar:
-        raise ScenarioError(
-            f'navigation kind = "thesis" knows the vertical plane only: set planar = true for '
-            f'vehicle {physics.vehicle!r}, or kind = "inertial"'
+        navigation = self.navigation.rmse(state.navigation)
+        return docking_summary(
+            scenario, self.settings, self.closed_loop, state, latched, navigation
         )
-    navigator = settings.navigation.navigator(
-        scenario.control_period,
-        float(-physics.model.opt.gravity[2]),
-        physics.dock_frames.seat,
-    )
-    return DockingNavigation(navigator, scenario.control_period)
 
 
 def _miss(target: RigidState, vehicle: RigidState) -> Array:

@@ -11,9 +11,13 @@ from marine_mj.controllers import RigidState, pose_error
 from marine_mj.controllers.kinematics import world_velocity
 from marine_mj.controllers.navigation import Estimate, Navigator, PerfectNavigation, Truth
 from marine_mj.controllers.navigation.noise import as_seeds
+from marine_mj.errors import ScenarioError
 from marine_mj.frames import Array
+from marine_mj.scenario import Scenario
 from marine_mj.tasks.base import Signal
 from marine_mj.tasks.docking_geometry import DockingView
+from marine_mj.tasks.docking_physics import DockingPhysics
+from marine_mj.tasks.docking_settings import DockingSettings
 
 
 @dataclass(frozen=True)
@@ -170,3 +174,24 @@ def _error(estimate: RigidState, true: RigidState) -> Array:
 def _pose(body: RigidState) -> Array:
     """Position and quaternion (..., 7)."""
     return np.concatenate([body.position, body.quaternion], axis=-1)
+
+
+def docking_navigation(
+    scenario: Scenario, settings: DockingSettings, physics: DockingPhysics
+) -> DockingNavigation:
+    """The navigation that the settings ask for.
+
+    Raises:
+        ScenarioError: planar navigation of a vehicle that is not planar.
+    """
+    if settings.navigation.kind == "thesis" and not scenario.vehicles[physics.vehicle].planar:
+        raise ScenarioError(
+            f'navigation kind = "thesis" knows the vertical plane only: set planar = true for '
+            f'vehicle {physics.vehicle!r}, or kind = "inertial"'
+        )
+    navigator = settings.navigation.navigator(
+        scenario.control_period,
+        float(-physics.model.opt.gravity[2]),
+        physics.dock_frames.seat,
+    )
+    return DockingNavigation(navigator, scenario.control_period)
