@@ -256,9 +256,14 @@ class DockingMission(Mission):
 
     def _allocate(self, pilot: PilotState, wrench: Array) -> tuple[Array, Array]:
         """Thruster commands (..., m) and the wrench (..., 6) that they give."""
-        contact = (pilot.guidance.phase == Phase.CONTACT)[..., None]
+        guidance = pilot.guidance
+        # A dock that comes down on a waiting vehicle is to be left as fast as can be.
+        plan = self.pilot.guidance.plan
+        deepest = np.asarray(plan.wait_depth) + plan.retreat
+        near = (guidance.phase == Phase.WAIT) & (guidance.height > -deepest)
+        heave = (near | (guidance.phase == Phase.CONTACT))[..., None]
         free, pushed = (a.allocate(wrench) for a in (self.allocator, self.contact_allocator))
-        return np.where(contact, pushed[0], free[0]), np.where(contact, pushed[1], free[1])
+        return np.where(heave, pushed[0], free[0]), np.where(heave, pushed[1], free[1])
 
     def observe(
         self,
