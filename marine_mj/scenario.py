@@ -241,6 +241,8 @@ class Scenario(SettingsFile):
         log_period: between two log entries, s, a multiple of `control_period`.
         integrator: of MuJoCo.
         contact: whether bodies collide.
+        friction_cone: of the contacts; "elliptic" where the force on a body squeezed from two
+            sides counts (docs/docks.md).
         sea, current, wind: the environment.
         water_density: kg/m3.
         vehicles: tables by instance name, in the order in which they are attached.
@@ -258,6 +260,7 @@ class Scenario(SettingsFile):
     log_period: Positive = 0.05
     integrator: Literal["implicitfast", "implicit", "Euler", "RK4"] = "implicitfast"
     contact: bool = True
+    friction_cone: Literal["pyramidal", "elliptic"] = "pyramidal"
     water_density: Positive = 1025.0
     sea: Sea = Sea(spectrum="none")
     current: Current = Current()

@@ -35,6 +35,10 @@ _INTEGRATORS = {
     "implicit": mujoco.mjtIntegrator.mjINT_IMPLICIT,
     "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
 }
+_CONES = {
+    "pyramidal": mujoco.mjtCone.mjCONE_PYRAMIDAL,
+    "elliptic": mujoco.mjtCone.mjCONE_ELLIPTIC,
+}
 
 
 @dataclass(frozen=True)
@@ -98,6 +102,7 @@ def build_scene(scenario: Scenario) -> mujoco.MjSpec:
     spec.modelname = scenario.name
     spec.option.timestep = scenario.timestep
     spec.option.integrator = _INTEGRATORS[scenario.integrator]
+    spec.option.cone = _CONES[scenario.friction_cone]
     # A diverging run must raise, not start again silently.
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     if not scenario.contact:

@@ -193,3 +193,40 @@ def test_contact_sensor_sums_what_mujoco_reports():
         assert data.sensordata[address + 3] == overlap
         most = max(most, forbidden)
     assert most > 0
+
+
+@pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
+@pytest.mark.parametrize("friction", [0.1, 0.25])
+def test_force_on_a_squeezed_body_is_that_of_the_documented_stiffness(cone, friction):
+    """A body 3 mm too thick between two bars cannot give way: force = overlap times stiffness.
+
+    MuJoCo's (computation chapter, constraint parameters): d k m d / (1 - d), with k from solref and
+    d from solimp; the pyramid has four edges of regularisation 2 mu2 (1 + mu2) each.
+    """
+    mass, overlap, constant, impedance = 126.6, 0.003, 0.035, 0.95
+    bars = "".join(
+        f'<geom type="capsule" size="0.02" fromto="0 -.3 {z} 0 .3 {z}" priority="1" '
+        f'solref="{constant} 1" solimp="0.9 {impedance} 0.002 0.5 2" friction="{friction}"/>'
+        for z in (0.12 - overlap, overlap - 0.12)
+    )
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><option gravity="0 0 0" cone="{cone}"/><worldbody><body><freejoint/>'
+        f'<inertial pos="0 0 0" mass="{mass}" diaginertia="26 26 26"/>'
+        f'<geom type="capsule" fromto="-.9 0 0 .9 0 0" size="0.1"/></body>{bars}'
+        "</worldbody></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    wrench = np.zeros(6)
+    mujoco.mj_contactForce(model, data, 0, wrench)
+    stiffness = mass * impedance / (1 - impedance) * impedance / (impedance * constant) ** 2
+    if cone == "pyramidal":
+        stiffness *= 4 / (2 * friction**2 * (1 + friction**2))
+    # 2.07 MN/m; by pyramids 409 MN/m at 0.1 and 62 MN/m at 0.25
+    assert wrench[0] == pytest.approx(stiffness * overlap, rel=1e-3)
+
+
+def test_friction_cone_of_a_scenario():
+    for cone, number in (("pyramidal", 0), ("elliptic", 1)):
+        scenario = Scenario.load("docking_demo").with_values({"friction_cone": cone})
+        assert compile_scene(scenario, visual=False).model.opt.cone == number
