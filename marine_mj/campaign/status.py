@@ -19,8 +19,8 @@ class Status:
         name: of the campaign.
         state: what it does or why it does nothing, in words.
         progress: finished runs.
-        interval: Wilson interval of the success probability over all finished runs, 95 %; runs of
-            a search are no fair sample, so that it says nothing there.
+        interval: Wilson interval of the success probability over all finished runs, 95 %, (0, 1)
+            without any; runs of a search are no fair sample, so that it says nothing there.
         searches: of a search for rare events, those that have finished a level.
     """
 
@@ -41,7 +41,8 @@ def status(folder: str | Path) -> Status:
     plan = load_plan(folder)
     holder = place.locked()
     progress = count(place, plan.total)
-    interval = wilson_interval(progress.successes, progress.done)
+    done = progress.done
+    interval = wilson_interval(progress.successes, done) if done else (0.0, 1.0)
     searches = [] if plan.campaign.rare is None else read_searches(plan, place)
     state = _state(place, holder, progress)
     return Status(plan.campaign.name, state, progress, interval, searches)

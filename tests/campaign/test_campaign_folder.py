@@ -1,6 +1,7 @@
 """Folders: what is written, going on, refusals; runs in this process."""
 
 import json
+import shutil
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -27,6 +28,15 @@ def calm(tmp_path_factory):
     with ThreadPoolExecutor(1) as executor:
         run_campaign(plan(), folder, executor=executor)
     return folder
+
+
+def test_status_of_a_campaign_that_has_finished_nothing_yet(calm, tmp_path):
+    folder = shutil.copytree(calm, tmp_path / "begun")
+    for file in (folder / "runs").glob("*.parquet"):
+        file.unlink()
+    (folder / "state.json").unlink(missing_ok=True)
+    found = status(folder)
+    assert found.progress.done == 0 and found.interval == (0.0, 1.0)
 
 
 def test_rows_are_those_of_the_single_runner(calm):
