@@ -9,8 +9,8 @@ from marine_mj.simulation import run_batch
 @pytest.mark.validation
 def test_docking_in_sea_state_7():
     rows = run_batch("docking_rough", [{"seed": seed} for seed in range(62000, 62020)]).rows
-    # 98 % and more in other runs (docs/docking-controllers.md). With a probability of 0.95 fewer than
-    # 17 of 20 happen in 2 % of such batches.
+    # 98 % and more in other runs (docs/docking-controllers.md). With a probability of 0.95 fewer
+    # than 17 of 20 happen in 2 % of such batches.
     assert sum(row["contact_success"] for row in rows) >= 17
 
 
