@@ -1,9 +1,15 @@
 """Docking in sea state 7, judged by contact."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
+from marine_mj.controllers import Phase
 
 from marine_mj.scenario import Scenario
+from marine_mj.scene import compile_scene
 from marine_mj.simulation import run_batch
+from marine_mj.tasks import docking
 
 
 @pytest.mark.validation
@@ -20,3 +26,21 @@ def test_force_limit_of_the_settings_reaches_the_judgement():
     (row,) = run_batch(Scenario.load("docking_demo").with_values(changes), [{}]).rows
     assert row["docked"] and not row["forbidden_contact"] and row["peak_contact_force"] > 1.0
     assert row["contact_success"] is False
+
+
+def test_heave_comes_first_where_the_dock_is_near_and_attitude_counts_elsewhere():
+    """Down with all there is and a pitch moment out of reach: one pair of thrusters gives both."""
+    scenario = Scenario.load("docking_rough")
+    mission = docking.mission(scenario, compile_scene(scenario, visual=False).model)
+    pilot = mission.initial(0.0).pilot
+    wrench = np.array([0.0, 0, -68, 0, 20, 0])
+
+    def given(phase, height):
+        guidance = replace(
+            pilot.guidance, phase=np.array(int(phase)), height=np.array(float(height))
+        )
+        return mission._allocate(replace(pilot, guidance=guidance), wrench)[1]
+
+    deep, near, pushed = given(Phase.WAIT, -2.5), given(Phase.WAIT, -1.5), given(Phase.CONTACT, 0.2)
+    assert near[2] == pushed[2] < -60 < deep[2] < 0
+    assert deep[4] > near[4] > 0
