@@ -36,10 +36,11 @@ def where(rows: np.ndarray, chosen: T, otherwise: T) -> T:
     return otherwise
 
 
-def stack(trees: Sequence[T]) -> T:
+def stack(trees: Sequence[T], rows: Any = slice(None)) -> T:
     """One tree for many simulations: numbers that differ become arrays with a leading row each.
 
-    Numbers and arrays that are the same in all trees stay as they are (they broadcast). Of a field
+    Row i belongs to the tree `rows[i]`: simulations that share a tree give it once. Numbers and
+    arrays that are the same in all trees stay as they are (they broadcast). Of a field
     with the metadata `stack="first"` the first tree's value is kept unseen; one with
     `stack="same"` must be the same in all trees, and so must an object whose class says
     `stack_rule = "same"`.
@@ -61,7 +62,7 @@ def stack(trees: Sequence[T]) -> T:
         return _rebuilt(
             first,
             [
-                _field([getattr(tree, f.name) for tree in trees], f)
+                _field([getattr(tree, f.name) for tree in trees], f, rows)
                 for f in dataclasses.fields(first)
             ],
         )
@@ -79,17 +80,17 @@ def stack(trees: Sequence[T]) -> T:
         return first
     if arrays[0].dtype.kind != "f":
         raise StructureError(f"arrays of {arrays[0].dtype} differ")
-    return np.stack(arrays)  # type: ignore[return-value]
+    return np.stack(arrays)[rows]  # type: ignore[return-value]
 
 
-def _field(values: Sequence[Any], field: dataclasses.Field) -> Any:
+def _field(values: Sequence[Any], field: dataclasses.Field, rows: Any) -> Any:
     """Values of one field made one, by the rule in its metadata."""
     rule = field.metadata.get("stack")
     if rule == "first":
         return values[0]
     if rule == "same" and not all(_same(value, values[0]) for value in values[1:]):
         raise StructureError(f"{field.name} differs between the simulations")
-    return values[0] if rule == "same" else stack(values)
+    return values[0] if rule == "same" else stack(values, rows)
 
 
 def _same(a: Any, b: Any) -> bool:

@@ -168,7 +168,11 @@ class Episode:
 
     def _mission(self, ids: Ids) -> Mission:
         """One mission for the runs that still go on."""
-        return trees.stack([self._missions[i] for i in ids]) if ids.size else self._missions[0]
+        missions = [self._missions[i] for i in ids]
+        distinct = list({id(mission): mission for mission in missions}.values())
+        places = {id(mission): place for place, mission in enumerate(distinct)}
+        rows = np.array([places[id(mission)] for mission in missions], dtype=np.intp)
+        return trees.stack(distinct, rows) if distinct else self._missions[0]
 
     def _latched(self, mission: Mission, ids: Ids) -> Flags:
         """Where (n,) the first weld of the mission is closed."""

@@ -261,9 +261,12 @@ class DockingMission(Mission):
         plan = self.pilot.guidance.plan
         deepest = np.asarray(plan.wait_depth) + plan.retreat
         near = (guidance.phase == Phase.WAIT) & (guidance.height > -deepest)
-        heave = (near | (guidance.phase == Phase.CONTACT))[..., None]
-        free, pushed = (a.allocate(wrench) for a in (self.allocator, self.contact_allocator))
-        return np.where(heave, pushed[0], free[0]), np.where(heave, pushed[1], free[1])
+        heave = np.asarray(near | (guidance.phase == Phase.CONTACT))
+        commands, given = np.empty((*heave.shape, len(self.actuators))), np.empty_like(wrench)
+        for rows, allocator in ((heave, self.contact_allocator), (~heave, self.allocator)):
+            if np.any(rows):
+                commands[rows], given[rows] = allocator.allocate(wrench[rows])
+        return commands, given
 
     def observe(
         self,

@@ -40,6 +40,15 @@ def test_numbers_that_differ_get_a_row_each_and_equal_ones_stay():
     np.testing.assert_array_equal(wide.corridor, [[1.0, 2.0], [1.0, 7.0]])
 
 
+def test_simulations_may_share_trees():
+    trees_ = [controller(P=1.0, high=4.0), controller(P=2.0, high=5.0)]
+    rows = np.array([1, 0, 1])
+    one, same = trees.stack(trees_, rows), trees.stack([trees_[i] for i in rows])
+    np.testing.assert_array_equal(one.gains.P, [2.0, 1.0, 2.0])
+    np.testing.assert_array_equal(one.gains.limits, same.gains.limits)
+    assert one.corridor == (1.0, 2.0)
+
+
 def test_structure_that_differs_is_refused():
     a = Controller(Gains(1.0, np.zeros(2)))
     for other, message in (
