@@ -11,8 +11,8 @@ Hermite interpolation and shifted onto the present state.
 from dataclasses import dataclass, field
 
 import numpy as np
-from marine_mj.controllers.kinematics import RigidState
-from marine_mj.controllers.prediction import SAME, displaced, world_velocity
+from marine_mj.controllers.kinematics import RigidState, world_velocity
+from marine_mj.controllers.prediction import SAME, displaced
 
 from marine_mj import frames
 from marine_mj.errors import ScenarioError

@@ -1,6 +1,7 @@
 """Distances and limits of the docking manoeuvre (digest 6.5-6.8, table 7.10)."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from marine_mj.controllers.kinematics import RigidState
@@ -119,9 +120,14 @@ class DockingPlan:
 
     def goal(self, aperture: RigidState) -> RigidState:
         """State to reach while entering: beyond the aperture, off it by `goal_bias`."""
+        return aperture.attached(*self._goal)
+
+    @cached_property
+    def _goal(self) -> tuple[Array, Array]:
+        """Offset (..., 3) and turn (..., 4) of the goal from the aperture."""
         beyond = np.asarray(self.overshoot)[..., None] * np.eye(3)[self.axis]
         bias = np.asarray(self.goal_bias)
-        return aperture.attached(beyond + bias[..., :3], quaternion_from_euler(bias[..., 3:]))
+        return beyond + bias[..., :3], quaternion_from_euler(bias[..., 3:])
 
     def quiet(self, turning: Array | float, waited: Array | float) -> NDArray[np.bool_]:
         """Whether (...,) the dock turns slowly enough, after waiting for so long.

@@ -9,8 +9,11 @@ from functools import cached_property
 
 import numpy as np
 
-from marine_mj import frames
-from marine_mj.frames import Array, cross
+from marine_mj import frames, rigid_loops
+from marine_mj.frames import Array
+
+# Attitude of a frame that does not turn against its body.
+_PARALLEL = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 def rotate(rotation: Array, vector: Array) -> Array:
@@ -61,18 +64,10 @@ class RigidState:
             offset: (3,) or (..., 3) origin of the frame in this body's FLU axes, m.
             quaternion: (4,) attitude of the frame relative to this body, wxyz; default: parallel.
         """
+        turn = _PARALLEL if quaternion is None else np.asarray(quaternion, dtype=float)
         offset = np.asarray(offset, dtype=float)
-        v, w = self.velocity[..., :3], self.velocity[..., 3:]
-        v = v + cross(w, offset)
-        attitude = self.quaternion
-        if quaternion is not None:
-            relative = frames.rotation_from_quaternion(quaternion)
-            attitude = frames.quaternion_multiply(attitude, quaternion)
-            v, w = unrotate(relative, v), unrotate(relative, w)
         return RigidState(
-            position=self.position + rotate(self.rotation, offset),
-            quaternion=attitude,
-            velocity=np.concatenate([v, w], axis=-1),
+            *rigid_loops.attached(self.position, self.quaternion, self.velocity, offset, turn)
         )
 
 
@@ -81,19 +76,16 @@ def pose_error(target: RigidState, body: RigidState) -> Array:
 
     The attitude part is the rotation vector of `conj(q_body) * q_target` (shortest way).
     """
-    position = unrotate(body.rotation, target.position - body.position)
-    relative = frames.quaternion_multiply(
-        frames.quaternion_conjugate(body.quaternion), target.quaternion
+    return rigid_loops.pose_error(
+        target.position, target.quaternion, body.position, body.quaternion, body.velocity
     )
-    return np.concatenate([position, frames.rotation_vector(relative)], axis=-1)
 
 
 def relative_velocity(body: RigidState, reference: RigidState) -> Array:
     """Velocity (..., 6) of `body` minus that of `reference`, both in the body's FLU axes."""
-    linear = unrotate(body.rotation, body.linear_velocity - reference.linear_velocity)
-    turning = rotate(reference.rotation, reference.velocity[..., 3:])
-    angular = body.velocity[..., 3:] - unrotate(body.rotation, turning)
-    return np.concatenate([linear, angular], axis=-1)
+    return rigid_loops.relative_velocity(
+        body.quaternion, body.velocity, reference.quaternion, reference.velocity
+    )
 
 
 def body_acceleration(body: RigidState, acceleration: Array | float) -> Array:
@@ -104,15 +96,12 @@ def body_acceleration(body: RigidState, acceleration: Array | float) -> Array:
         acceleration: (..., 6) of its origin and of its rotation, world axes NWU, m/s2, rad/s2.
     """
     acceleration = np.broadcast_to(np.asarray(acceleration, dtype=float), body.velocity.shape)
-    v, w = body.velocity[..., :3], body.velocity[..., 3:]
-    linear = unrotate(body.rotation, acceleration[..., :3]) - cross(w, v)
-    return np.concatenate([linear, unrotate(body.rotation, acceleration[..., 3:])], axis=-1)
+    return rigid_loops.body_acceleration(body.quaternion, body.velocity, acceleration)
 
 
 def world_velocity(body: RigidState) -> Array:
     """Velocity (..., 6) of the origin and of the rotation, world axes NWU, m/s, rad/s."""
-    spin = rotate(body.rotation, body.velocity[..., 3:])
-    return np.concatenate([body.linear_velocity, spin], axis=-1)
+    return rigid_loops.world_velocity(body.quaternion, body.velocity)
 
 
 @dataclass(frozen=True)
@@ -167,11 +156,9 @@ class Accelerometer:
 
 def acceleration_at(body: RigidState, acceleration: Array, point: Array) -> Array:
     """Acceleration (..., 6) of a point (..., 3) fixed to a body, world axes NWU."""
-    arm = point - body.position
-    spin = rotate(body.rotation, body.velocity[..., 3:])
-    turning = acceleration[..., 3:]
-    linear = acceleration[..., :3] + cross(turning, arm) + cross(spin, cross(spin, arm))
-    return np.concatenate([linear, turning], axis=-1)
+    return rigid_loops.acceleration_at(
+        body.position, body.quaternion, body.velocity, acceleration, point
+    )
 
 
 def heading_quaternion(heading: Array) -> Array:

@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from marine_mj.errors import ScenarioError
-from marine_mj.frames import Array
+from marine_mj.frames import Array, length
 
 
 @dataclass(frozen=True)
@@ -51,13 +52,13 @@ class Latch:
         """Open latch, for a leading shape."""
         return LatchState(np.zeros(shape), np.zeros(shape, dtype=bool))
 
-    def inside(self, error: Array, velocity: Array) -> Array:
+    def inside(self, error: Array, velocity: Array) -> NDArray[np.bool_]:
         """Whether (...,) pose error (..., 6) and relative velocity (..., 6) keep all limits."""
         return (
-            (np.linalg.norm(error[..., :3], axis=-1) <= self.position)
-            & (np.linalg.norm(error[..., 3:], axis=-1) <= self.attitude)
-            & (np.linalg.norm(velocity[..., :3], axis=-1) <= self.speed)
-            & (np.linalg.norm(velocity[..., 3:], axis=-1) <= self.rate)
+            (length(error[..., :3]) <= self.position)
+            & (length(error[..., 3:]) <= self.attitude)
+            & (length(velocity[..., :3]) <= self.speed)
+            & (length(velocity[..., 3:]) <= self.rate)
         )
 
     def update(self, state: LatchState, error: Array, velocity: Array, period: float) -> LatchState:

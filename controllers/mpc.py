@@ -28,10 +28,11 @@ from marine_mj.controllers.kinematics import (
     relative_velocity,
     rotate,
     unrotate,
+    world_velocity,
 )
 from marine_mj.controllers.lqr import sampled
 from marine_mj.controllers.mpc_settings import MpcSettings
-from marine_mj.controllers.prediction import displaced, world_velocity
+from marine_mj.controllers.prediction import displaced
 from marine_mj.controllers.waypoints import CORRIDOR_SLOPE
 from numpy.typing import NDArray
 

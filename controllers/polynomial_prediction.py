@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from marine_mj.controllers.kinematics import RigidState
-from marine_mj.controllers.prediction import SAME, displaced, turn_quaternion, world_velocity
+from marine_mj.controllers.kinematics import RigidState, world_velocity
+from marine_mj.controllers.prediction import SAME, displaced, turn_quaternion
 
 from marine_mj import frames
 from marine_mj.errors import ScenarioError

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
 import numpy as np
-from marine_mj.controllers.kinematics import RigidState, rotate, unrotate
+from marine_mj.controllers.kinematics import RigidState, unrotate, world_velocity
 
 from marine_mj import frames
 from marine_mj.errors import ScenarioError
@@ -38,12 +38,6 @@ class Predictor(Protocol):
             body: last sample, leading shape (...,).
             time: broadcasts with (...,): (m, 1) gives m instants of n bodies, shape (m, n).
         """
-
-
-def world_velocity(body: RigidState) -> Array:
-    """Velocity (..., 6) of origin and rotation in world axes NWU, m/s and rad/s."""
-    spin = rotate(body.rotation, body.velocity[..., 3:])
-    return np.concatenate([body.linear_velocity, spin], axis=-1)
 
 
 def turn_quaternion(vector: Array) -> Array:

@@ -13,7 +13,8 @@ from marine_mj.controllers.kinematics import RigidState, heading_quaternion, rot
 from marine_mj.controllers.undocking import end_of_way, way_out
 from numpy.typing import NDArray
 
-from marine_mj.frames import Array
+from marine_mj.frames import Array, length
+from marine_mj.rigid_loops import row
 
 #: Opening of the corridor under the aperture (digest 6.8): half-angle 20 deg.
 CORRIDOR_SLOPE = np.tan(np.deg2rad(20.0))
@@ -43,6 +44,7 @@ _STILL, _LINEAR, _MOVING = [0.0] * 6, [1.0] * 3 + [0.0] * 3, [1.0] * 6
 _FOLLOW = np.array([_STILL] * 2 + [_LINEAR] + [_MOVING] * 4 + [_STILL] * 2)  # up to AWAY
 # Target of each phase, of those that `DockingGuidance._targets` lists.
 _TARGET = np.array([0, 1, 2, 3, 4, 4, 5, 0, 0])
+_UP, _LEVEL = np.array([0.0, 0.0, 1.0]), np.array([1.0, 1.0, 0.0])
 
 
 @dataclass(frozen=True)
@@ -145,15 +147,12 @@ class DockingGuidance:
         quiet = plan.quiet(turning, waited)
         rough = ~plan.quiet(turning / _HYSTERESIS**2, waited)
         targets = self._targets(state, quiet, carrier, aperture, seat)
-        distance = np.stack(
-            [np.linalg.norm(t.position - vehicle.position, axis=-1) for t in targets], axis=-1
-        )
-        speed = np.linalg.norm(vehicle.linear_velocity - carrier.linear_velocity, axis=-1)
+        speed = length(vehicle.linear_velocity - carrier.linear_velocity)
 
         phase = state.phase
-        reached = np.take_along_axis(distance, _TARGET[phase][..., None], -1)[..., 0]
+        distance = length(row(targets.position, _TARGET[phase]) - vehicle.position)
         passing = plan.acceptance if plan.passing is None else plan.passing
-        reached = reached < np.where(phase < Phase.WAIT, passing, plan.acceptance)
+        reached = distance < np.where(phase < Phase.WAIT, passing, plan.acceptance)
         advance = reached & ((phase < Phase.WAIT) | (phase == Phase.RETURN))
         advance |= (phase == Phase.LEAVE) & plan.clear(height)
         # Above the aperture plane the forks guide: no abort there.
@@ -178,7 +177,7 @@ class DockingGuidance:
         next_phase = np.where(phase == Phase.LATCHED, int(Phase.LEAVE), next_phase)
         next_phase = np.where(latched, int(Phase.LATCHED), next_phase)
 
-        travel = np.linalg.norm(seat.position - aperture.position, axis=-1)
+        travel = length(seat.position - aperture.position)
         step = plan.seat_speed * period / np.maximum(travel, 1e-9)
         in_contact = next_phase == Phase.CONTACT
         progress = np.where(in_contact, np.minimum(state.progress + step, 1.0), 0.0)
@@ -214,25 +213,23 @@ class DockingGuidance:
         carrier: RigidState,
         aperture: RigidState,
         seat: RigidState,
-    ) -> list[RigidState]:
-        """Targets of the phases APPROACH, UNDER, WAIT, ENTER, CONTACT and LEAVE, in this order."""
+    ) -> RigidState:
+        """Targets (..., 6, k) of APPROACH, UNDER, WAIT, ENTER, CONTACT and LEAVE, in this order."""
         plan = self.plan
         level, turn = heading_quaternion(carrier.heading), _level_rotation(carrier.heading)
         ride = np.asarray(plan.ride)[..., None]
         carried = ride * _level_twist(turn, carrier.linear_velocity)
         # Waypoints 1 and 2 lie under the point of the carrier above the aperture.
         offset = unrotate(carrier.rotation, aperture.position - carrier.position)
-        above = carrier.position + rotate(carrier.rotation, offset * np.array([1.0, 1.0, 0.0]))
-        back = np.stack([-np.cos(carrier.heading), -np.sin(carrier.heading)], axis=-1)
-        up = np.array([0.0, 0.0, 1.0])
+        above = carrier.position + rotate(carrier.rotation, offset * _LEVEL)
         towards = _towards(plan, carrier)
         if plan.axis != 2:
             above = above - np.asarray(plan.wait_depth)[..., None] * towards
-        away_from_dock = np.asarray(plan.approach_distance)[..., None] * back
+        away_from_dock = np.asarray(plan.approach_distance)[..., None] * -turn[..., :2, 0]
         depth = np.broadcast_to(plan.approach_depth, above.shape[:-1])[..., None]
         height = ride * carrier.position[..., 2:] - depth
         behind = np.concatenate([above[..., :2] + away_from_dock, height], axis=-1)
-        under = above - np.asarray(plan.under_depth)[..., None] * up
+        under = above - np.asarray(plan.under_depth)[..., None] * _UP
         away = (plan.retreat > 0) & np.logical_not(quiet)
         wait_depth = plan.wait_depth + plan.retreat * away
         # Riding: below where the aperture would be on a carrier that does not roll or pitch.
@@ -245,20 +242,19 @@ class DockingGuidance:
             seat.quaternion,
             seat.velocity,
         )
-        return [
-            RigidState(behind, level, carried),
-            RigidState(under, level, carried),
-            RigidState(wait, level, _level_twist(turn, matched)),
-            plan.goal(aperture),
-            seated,
-            way_out(aperture, seat, plan.axis, state.progress, plan.leave_speed, plan.leave_depth),
-        ]
+        goal = plan.goal(aperture)
+        out = way_out(aperture, seat, plan.axis, state.progress, plan.leave_speed, plan.leave_depth)
+        attitudes = [level, level, level, goal.quaternion, seated.quaternion, out.quaternion]
+        twist = _level_twist(turn, matched)
+        twists = [carried, carried, twist, goal.velocity, seated.velocity, out.velocity]
+        places = [behind, under, wait, goal.position, seated.position, out.position]
+        return RigidState(*(np.stack(part, axis=-2) for part in (places, attitudes, twists)))
 
     def _command(
         self,
         state: GuidanceState,
         entered: Array,
-        targets: list[RigidState],
+        targets: RigidState,
         towards: Array,
     ) -> GuidanceCommand:
         """Command of the phase each simulation is in."""
@@ -267,7 +263,7 @@ class DockingGuidance:
         outside = (state.phase <= Phase.WAIT) | (state.phase >= Phase.RETURN)
         riding = (np.asarray(self.plan.ride) & outside)[..., None]
         push = np.asarray(self.plan.push)[..., None] * towards
-        push = push + np.asarray(self.plan.lift)[..., None] * np.array([0.0, 0.0, 1.0])
+        push = push + np.asarray(self.plan.lift)[..., None] * _UP
         return GuidanceCommand(
             target=_pick(targets, state.phase),
             # Latched: what the controller sums up rests.
@@ -284,20 +280,19 @@ class DockingGuidance:
 def _towards(plan: DockingPlan, carrier: RigidState) -> Array:
     """Level or vertical unit vector (..., 3) of the entry, NWU."""
     if plan.axis == 2:
-        return np.array([0.0, 0.0, 1.0])
+        return _UP
     c, s = np.cos(carrier.heading), np.sin(carrier.heading)
     return np.stack([c, s, np.zeros_like(c)], axis=-1)
 
 
-def _pick(targets: list[RigidState], phase: Array) -> RigidState:
-    """Of the targets by phase the one of the phase (...,) each simulation is in."""
+def _pick(targets: RigidState, phase: Array) -> RigidState:
+    """Of the targets (..., 6, k) by phase the one of the phase (...,) each simulation is in."""
     index = _TARGET[phase]
-
-    def pick(name: str) -> Array:
-        values = np.stack([getattr(t, name) for t in targets], axis=-2)
-        return np.take_along_axis(values, index[..., None, None], axis=-2)[..., 0, :]
-
-    return RigidState(pick("position"), pick("quaternion"), pick("velocity"))
+    return RigidState(
+        row(targets.position, index),
+        row(targets.quaternion, index),
+        row(targets.velocity, index),
+    )
 
 
 def _level_twist(turn: Array, velocity: Array) -> Array:
@@ -308,6 +303,8 @@ def _level_twist(turn: Array, velocity: Array) -> Array:
 def _level_rotation(heading: Array) -> Array:
     """Rotation matrix (..., 3, 3) about the vertical."""
     c, s = np.cos(heading), np.sin(heading)
-    zero, one = np.zeros_like(c), np.ones_like(c)
-    rows = [[c, -s, zero], [s, c, zero], [zero, zero, one]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    turn = np.zeros((*np.shape(heading), 3, 3))
+    turn[..., 0, 0], turn[..., 0, 1] = c, -s
+    turn[..., 1, 0], turn[..., 1, 1] = s, c
+    turn[..., 2, 2] = 1.0
+    return turn

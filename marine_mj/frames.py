@@ -8,7 +8,7 @@ by the same constant rotation by pi about x, `R_X = diag(1, -1, -1)`. Quaternion
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from marine_mj.native_loops import native_loop
+from marine_mj import rigid_loops
 
 Array = NDArray[np.float64]
 
@@ -16,68 +16,6 @@ Array = NDArray[np.float64]
 FLIP3 = np.array([1.0, -1.0, -1.0])
 #: Signs of a 6-vector [linear; angular] under the same change of axes.
 FLIP6 = np.concatenate([FLIP3, FLIP3])
-
-
-# Native loops over the leading dimensions: fast on a thousand rows, the same bits on one. The last
-# argument of some stands for the size of the result only.
-
-
-@native_loop("void(f8[:,:], f8[:], f8[:])", "(n,m),(m)->(n)")
-def _apply(matrix, vector, out):
-    for i in range(matrix.shape[0]):
-        total = 0.0
-        for j in range(matrix.shape[1]):
-            total += matrix[i, j] * vector[j]
-        out[i] = total
-
-
-@native_loop("void(f8[:,:], f8[:], f8[:])", "(n,m),(n)->(m)")
-def _apply_transposed(matrix, vector, out):
-    for j in range(matrix.shape[1]):
-        total = 0.0
-        for i in range(matrix.shape[0]):
-            total += matrix[i, j] * vector[i]
-        out[j] = total
-
-
-@native_loop("void(f8[:], f8[:], f8[:])", "(n),(n)->(n)")
-def _cross(a, b, out):
-    out[0] = a[1] * b[2] - a[2] * b[1]
-    out[1] = a[2] * b[0] - a[0] * b[2]
-    out[2] = a[0] * b[1] - a[1] * b[0]
-
-
-@native_loop("void(f8[:], f8[:], f8[:])", "(n),(n)->(n)")
-def _multiply(a, b, out):
-    out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
-    out[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
-    out[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
-    out[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
-
-
-@native_loop("void(f8[:], f8[:], f8[:,:])", "(n),(m)->(m,m)")
-def _rotation(q, size, out):
-    w, x, y, z = q[0], q[1], q[2], q[3]
-    out[0, 0] = 1 - 2 * (y * y + z * z)
-    out[0, 1] = 2 * (x * y - w * z)
-    out[0, 2] = 2 * (x * z + w * y)
-    out[1, 0] = 2 * (x * y + w * z)
-    out[1, 1] = 1 - 2 * (x * x + z * z)
-    out[1, 2] = 2 * (y * z - w * x)
-    out[2, 0] = 2 * (x * z - w * y)
-    out[2, 1] = 2 * (y * z + w * x)
-    out[2, 2] = 1 - 2 * (x * x + y * y)
-
-
-@native_loop("void(f8[:], f8[:], f8[:])", "(n),(m)->(m)")
-def _rotation_vector(q, size, out):
-    sign = -1.0 if q[0] < 0 else 1.0
-    norm = np.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-    scale = 2.0 * sign
-    if norm > 1e-12:
-        scale = 2.0 * np.arctan2(norm, sign * q[0]) / norm * sign
-    for i in range(3):
-        out[i] = scale * q[1 + i]
 
 
 def flip(vector: ArrayLike) -> Array:
@@ -101,17 +39,24 @@ def apply(matrix: ArrayLike, vector: ArrayLike) -> Array:
     Row by row: a vector gives the same bits alone or in a batch, which `vector @ matrix.T` does
     not promise.
     """
-    return _apply(np.asarray(matrix, dtype=float), np.asarray(vector, dtype=float))
+    return rigid_loops.apply(np.asarray(matrix, dtype=float), np.asarray(vector, dtype=float))
 
 
 def apply_transposed(matrix: ArrayLike, vector: ArrayLike) -> Array:
     """Products (..., m) of transposed matrices (..., n, m) and vectors (..., n); see `apply`."""
-    return _apply_transposed(np.asarray(matrix, dtype=float), np.asarray(vector, dtype=float))
+    return rigid_loops.apply_transposed(
+        np.asarray(matrix, dtype=float), np.asarray(vector, dtype=float)
+    )
 
 
 def cross(a: ArrayLike, b: ArrayLike) -> Array:
     """Cross products (..., 3); much faster than `numpy.cross`."""
-    return _cross(np.asarray(a, dtype=float), np.asarray(b, dtype=float))
+    return rigid_loops.cross(np.asarray(a, dtype=float), np.asarray(b, dtype=float))
+
+
+def length(vector: ArrayLike) -> Array:
+    """Euclidean lengths (...,) of vectors (..., n); much faster than `numpy.linalg.norm`."""
+    return rigid_loops.length(np.asarray(vector, dtype=float))
 
 
 def ssa(angle: ArrayLike) -> Array:
@@ -127,7 +72,7 @@ def skew(vector: ArrayLike) -> Array:
 
 def rotation_from_quaternion(quaternion: ArrayLike) -> Array:
     """Rotation matrix (..., 3, 3), body to world, of unit quaternions (..., 4) wxyz."""
-    return _rotation(np.asarray(quaternion, dtype=float), FLIP3)
+    return rigid_loops.rotation(np.asarray(quaternion, dtype=float), FLIP3)
 
 
 def quaternion_from_euler(euler: ArrayLike) -> Array:
@@ -189,7 +134,7 @@ def pose_from_eta(eta: ArrayLike) -> tuple[Array, Array]:
 
 def rotation_vector(quaternion: ArrayLike) -> Array:
     """Rotation vector (..., 3) in rad, shortest way, of quaternions (..., 4) wxyz."""
-    return _rotation_vector(np.asarray(quaternion, dtype=float), FLIP3)
+    return rigid_loops.rotation_vector(np.asarray(quaternion, dtype=float), FLIP3)
 
 
 def quaternion_from_rotation_vector(vector: ArrayLike) -> Array:
@@ -201,7 +146,7 @@ def quaternion_from_rotation_vector(vector: ArrayLike) -> Array:
 
 def quaternion_multiply(a: ArrayLike, b: ArrayLike) -> Array:
     """Hamilton product (..., 4) wxyz of `a` and `b`."""
-    return _multiply(np.asarray(a, dtype=float), np.asarray(b, dtype=float))
+    return rigid_loops.multiply(np.asarray(a, dtype=float), np.asarray(b, dtype=float))
 
 
 def quaternion_conjugate(quaternion: ArrayLike) -> Array:

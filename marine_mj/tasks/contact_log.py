@@ -1,6 +1,6 @@
 """What the contacts between vehicles did so far: force, impulse, energy, penetration, duration."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,6 +51,8 @@ class ContactLog:
             timestep: of the physics, s.
             latched: (...,) bool, closed before.
         """
+        if not contacts.any():
+            return replace(self, force=np.zeros_like(self.force))
         force = contacts[..., table.S_FORCE]
         most = np.max(force, axis=-1)
         open_ = np.where(latched, 0.0, timestep)

@@ -29,9 +29,9 @@ from marine_mj.controllers import (
     VehicleModel,
     cpva_gain_set,
 )
+from marine_mj.controllers.kinematics import world_velocity
 from marine_mj.controllers.lqr import lqr_gain, lqr_model
 from marine_mj.controllers.mpc import Programme, solve
-from marine_mj.controllers.prediction import world_velocity
 from scipy.optimize import minimize
 from simple_vehicle import INERTIA, LAG, LEVEL, LIMITS, PERIOD, at
 

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 from marine_mj.controllers.ar_prediction import ArPredictor
-from marine_mj.controllers.kinematics import RigidState, pose_error, unrotate
+from marine_mj.controllers.kinematics import RigidState, pose_error, unrotate, world_velocity
 from marine_mj.controllers.polynomial_prediction import PolynomialPredictor
 from marine_mj.controllers.prediction import (
     KinematicPredictor,
     displaced,
     turn_quaternion,
-    world_velocity,
 )
 
 from marine_mj import frames
