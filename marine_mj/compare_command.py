@@ -76,7 +76,9 @@ def measure_command(
     runs: Annotated[int, typer.Option(help="Seeds per sea state.", min=1)] = 10,
     first_seed: Annotated[int, typer.Option(help="Of these seeds.", min=0)] = 11,
     duration: Annotated[float, typer.Option(help="Longest time of a run, s.")] = 90.0,
-    threads: Annotated[int, typer.Option(help="Native threads.", min=1)] = 1,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes; default: one per processor.", min=1)
+    ] = None,
 ) -> None:
     """Measure up to which sea state each controller docks in 9 of 10 runs."""
     from marine_mj.cli import _numbers, _progress, console
@@ -90,8 +92,8 @@ def measure_command(
             [int(number) for number in _numbers("--sea-states", sea_states)],
             range(first_seed, first_seed + runs),
             duration=duration,
-            threads=threads,
-            progress=lambda done, total: report("docking", done, total),
+            workers=workers,
+            progress=lambda done, total: report("controllers", done, total),
         )
     rows = Table("controller", *map(str, table.sea_states), "limit", box=None, pad_edge=False)
     for name in table.success:

@@ -2,19 +2,21 @@
 
 import json
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, as_completed
 from importlib import resources
 from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field
 
-from marine_mj.errors import AnalysisError
+from marine_mj.campaign.pools import open_pool
+from marine_mj.errors import AnalysisError, CampaignError
 from marine_mj.scenario import Scenario
 from marine_mj.settings import Settings
 
 #: Share of the runs that must succeed at the limit and below.
 NEEDED = 0.9
-#: Called with runs done and runs in all.
+#: Called with how much is done and how much there is.
 Progress = Callable[[int, int], None]
 
 
@@ -118,7 +120,8 @@ def measure_limits(
     seeds: Sequence[int],
     *,
     duration: float = 90.0,
-    threads: int = 1,
+    workers: int | None = None,
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> LimitTable:
     """Limit sea states of controllers in a docking scenario: one run per sea state and seed.
@@ -127,46 +130,55 @@ def measure_limits(
 
     Args:
         scenario: its name or file; gain set, latch and all else stay as they stand there.
-        controllers: values of `task.settings.controller`.
+        controllers: values of `task.settings.controller`; each is the work of one worker.
         sea_states: numbers of `marine_mj.environment.sea_state`.
         seeds: of the runs.
         duration: longest time of a run, s.
-        threads: native threads.
-        progress: called when runs have finished.
+        workers, executor: see `marine_mj.campaign.pools.open_pool`.
+        progress: called with the controllers that are measured and all of them.
 
     Raises:
         ScenarioError: the scenario or a controller does not exist.
+        CampaignError: a worker was killed.
     """
-    from marine_mj.simulation import run_batch
-
     base = Scenario.load(scenario).with_values({"duration": duration})
-    states, done = sorted(set(sea_states)), 0
+    states = tuple(sorted(set(sea_states)))
+    success: dict[str, tuple[tuple[bool, ...], ...]] = dict.fromkeys(controllers, ())
     table = LimitTable(
         scenario=scenario,
         duration=duration,
         seeds=tuple(seeds),
-        sea_states=tuple(states),
-        success={name: () for name in controllers},
+        sea_states=states,
+        success=success,
     )
-    total = len(controllers) * len(states) * len(seeds)
-    for number, controller in enumerate(controllers):
-        for state in states:
-            values = {"task.settings.controller": controller, "sea.sea_state": state}
-            rows = run_batch(
-                base, [values | {"seed": seed} for seed in seeds], threads=threads
-            ).rows
-            docked = tuple(_succeeded(row) for row in rows)
-            runs = (*table.success[controller], docked)
-            table = table.changed(success=table.success | {controller: runs})
-            done += len(seeds)
+    with open_pool(workers, executor=executor) as pool:
+        futures = {pool.submit(_climbed, table, base, name): name for name in success}
+        for done, future in enumerate(as_completed(futures), start=1):
+            name = futures[future]
+            try:
+                table = table.changed(success=table.success | {name: future.result()})
+            except pool.died:
+                raise CampaignError(
+                    f"a worker was killed while it measured {name!r} or beside it (out of "
+                    "memory?): give fewer workers or controllers"
+                ) from None
             if progress is not None:
-                progress(done, total)
-            if table.limit(controller) != state:
-                break
-        done = (number + 1) * len(states) * len(seeds)
-    if progress is not None:
-        progress(total, total)
+                progress(done, len(futures))
     return table
+
+
+def _climbed(table: LimitTable, base: Scenario, controller: str) -> tuple[tuple[bool, ...], ...]:
+    """Results of a controller up to the first sea state that is too much for it."""
+    from marine_mj.simulation import run_batch
+
+    for state in table.sea_states:
+        values = {"task.settings.controller": controller, "sea.sea_state": state}
+        rows = run_batch(base, [values | {"seed": seed} for seed in table.seeds]).rows
+        runs = (*table.success[controller], tuple(_succeeded(row) for row in rows))
+        table = table.changed(success=table.success | {controller: runs})
+        if table.limit(controller) != state:
+            break
+    return table.success[controller]
 
 
 def _succeeded(row: dict) -> bool:

@@ -96,6 +96,19 @@ def open_pool(
         yield dask_pool
 
 
+class Here(Executor):
+    """Calls are done at once by the caller: a worker that runs whole campaigns needs no others."""
+
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future:
+        """Future that is done."""
+        future: Future = Future()
+        try:
+            future.set_result(function(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
 class GivenPool:
     """An executor of the caller, who also closes it."""
 

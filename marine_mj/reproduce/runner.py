@@ -52,19 +52,6 @@ class Cells:
         return Cells(self.entries | higher.entries, self.errors | higher.errors, self.duration)
 
 
-class Here(Executor):
-    """Calls are done at once by the caller: a worker that runs whole campaigns needs no others."""
-
-    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future:
-        """Future that is done."""
-        future: Future = Future()
-        try:
-            future.set_result(function(*args, **kwargs))
-        except Exception as error:
-            future.set_exception(error)
-        return future
-
-
 def run_configurations(
     rows: Iterable[Row],
     folder: str | Path,

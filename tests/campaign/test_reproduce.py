@@ -12,6 +12,7 @@ import pytest
 from marine_mj import cli
 from marine_mj.analysis.docking import Entries
 from marine_mj.campaign import worker
+from marine_mj.campaign.pools import Here
 from marine_mj.errors import AnalysisError, CampaignError
 from marine_mj.reproduce import (
     CONFIGURATIONS,
@@ -23,7 +24,7 @@ from marine_mj.reproduce import (
     runner,
     write_report,
 )
-from marine_mj.reproduce.runner import Here, block_plan
+from marine_mj.reproduce.runner import block_plan
 from marine_mj.simulation.batch import run_scenarios
 
 KEYS = {"quantity", "published", "ours", "interval", "unit", "verdict", "note"}

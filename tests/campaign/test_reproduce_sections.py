@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from marine_mj.campaign.pools import Here
 from marine_mj.environment import wavenumber
 from marine_mj.errors import AnalysisError, CampaignError
 from marine_mj.reproduce import TABLES, choose, run_sections, write_report
-from marine_mj.reproduce.runner import Here
 from marine_mj.reproduce.sections import SECTIONS, multibody
 from marine_mj.reproduce.sections import runner as sections_runner
 from marine_mj.reproduce.sections.base import Job, Outcome, compare

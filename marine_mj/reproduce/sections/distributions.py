@@ -5,10 +5,11 @@ from scipy import stats
 
 from marine_mj.analysis.distributions import fit_gamma, fit_normal
 from marine_mj.analysis.docking import METRICS, CaptureLimits, interval
+from marine_mj.campaign.pools import Here
 from marine_mj.frames import Array
 from marine_mj.reproduce.docking import rows_of
 from marine_mj.reproduce.judgement import scaled
-from marine_mj.reproduce.runner import Here, run_configurations
+from marine_mj.reproduce.runner import run_configurations
 from marine_mj.reproduce.sections.base import Job, Outcome, panels
 
 _LABELS = {"surge": "surge error [m]", "pitch": "pitch error [deg]", "energy": "energy [J]"}
