@@ -18,15 +18,11 @@ from marine_mj.reproduce.docking import CONFIGURATIONS, SCENARIO, TABLES, Config
 
 #: Of all campaigns: run i has the same phases and noise in every configuration.
 _SEED = 712
-#: Runs of a sea state that are stepped together.
+#: Runs of a configuration that cannot be parted; a batch holds many of them.
 _CHUNK = 60
-#: Sea states of a campaign, by longest run (s). More of them make larger batches, of which a
-#: control period costs 0.8 ms however few runs are left; but those above one with an unfinished run
-#: are for nothing, and dear where runs may last 300 s.
-_BLOCKS = {
-    120.0: ((0,), (1, 2, 3), (4, 5, 6), (7, 8, 9), (10, 11, 12)),
-    300.0: ((0,), (1, 2, 3), (4, 5), *((state,) for state in range(6, 13))),
-}
+#: Sea states of a campaign. More of them make larger batches, of which a control period costs 2 to
+#: 3 ms however few runs are left; but those above one with an unfinished run are for nothing.
+_BLOCKS = ((0,), (1, 2, 3, 4, 5, 6), (7, 8, 9), (10, 11, 12))
 #: How often the progress is told, s.
 _LOOK = 0.5
 #: Sea states of configurations by campaign, upwards.
@@ -65,7 +61,7 @@ def run_configurations(
 ) -> dict[str, Cells]:
     """Results of all configurations that table rows need, by name.
 
-    A configuration's sea states run upwards, one to three of them as a campaign in
+    A configuration's sea states run upwards, one to six of them as a campaign in
     `folder`/campaigns; what is finished there is not done again, and more `runs` only add to it.
     They end with the first one in which a run did not enter the dock in time, the termination rule
     of the study (digest 7.0). Configurations that differ in numbers only share their batches; the
@@ -131,7 +127,7 @@ def block_plan(
         "runs": runs,
         "seed": _SEED,
         "common_seeds": True,
-        "chunk": _CHUNK * len(states),
+        "chunk": _CHUNK,
         "factors": {"sea_state": {"key": "sea.sea_state", "grid": list(states)}},
         "metrics": {
             "surge_error": "capture.surge_error",
@@ -160,8 +156,7 @@ def _blocks(rows: Iterable[Row], highest: int | None) -> Blocks:
             )
         users = [r for rs in TABLES.values() for r in rs if r.configuration == row.configuration]
         first, last = min(r.first for r in users), min(top, max(r.last for r in users))
-        blocks = _BLOCKS[CONFIGURATIONS[row.configuration].changes["duration"]]
-        parts = (tuple(s for s in block if first <= s <= last) for block in blocks)
+        parts = (tuple(s for s in block if first <= s <= last) for block in _BLOCKS)
         found[row.configuration] = [part for part in parts if part]
     return found
 
