@@ -250,15 +250,15 @@ class _Block:
                 body_settings(scenario, spec),
             )
             self.prototypes[key] = prototype
-            return copy.copy(model), self._mission(scenario, model)
-        model = copy.copy(prototype.model)
+        original, mission = prototype.model, self._mission(scenario, prototype.model)
+        model = copy.copy(original)
         try:
             hydrodynamics.write_environment(
                 model, prototype.bodies, environment, prototype.settings
             )
         except ModelError:  # another number of wave components or gust knots
-            model = compile_scene(scenario, environment, visual=False).model
-        return model, self._mission(scenario, prototype.model)
+            return Prepared(compile_scene(scenario, environment, visual=False).model, mission)
+        return Prepared(model, mission, original)
 
     def _mission(self, scenario: Scenario, model: mujoco.MjModel) -> Mission:
         """Mission of a run; scales of the vehicles' coefficients do not change it."""
@@ -300,7 +300,7 @@ def _alike(prepared: dict[int, Prepared]) -> list[dict[int, Prepared]]:
     """The runs in groups that one mission can steer."""
     groups: list[tuple[Mission, dict[int, Prepared]]] = []
     places: dict[int, dict[int, Prepared]] = {}
-    for i, (_, mission) in prepared.items():
+    for i, mission in ((i, needed.mission) for i, needed in prepared.items()):
         if id(mission) not in places:
             group = next((runs for first, runs in groups if _stackable(first, mission)), None)
             if group is None:

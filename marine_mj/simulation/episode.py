@@ -23,11 +23,12 @@ from marine_mj.tasks.base import Flags, Mission
 from marine_mj.tasks.reader import BodyReader
 
 Ids = NDArray[np.intp]
-#: Compiled scene and mission of one run.
-Prepared = tuple[mujoco.MjModel, Mission]
 #: Recorded signals of one run, each with `time` as its first dimension.
 Signals = dict[str, xr.Variable]
 
+# In what copies of a compiled scene differ: the environment's table and what follows from the added
+# mass in it, and how welds hold.
+_OWN = ("numeric_data", "body_invweight0", "dof_invweight0", "eq_data")
 _WARNINGS = [int(warning) for warning in STATE_WARNINGS]
 
 
@@ -38,6 +39,21 @@ def refuse_signal(name: str, known: Sequence[str]) -> None:
         ScenarioError: always; the message lists the signals that do.
     """
     raise ScenarioError(f"signal {name!r} does not exist; available: {', '.join(known)}")
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """What a run needs.
+
+    Attributes:
+        model: compiled scene.
+        mission: steers and judges.
+        original: scene that `model` is a copy of, with another environment; None: of no other.
+    """
+
+    model: mujoco.MjModel
+    mission: Mission
+    original: mujoco.MjModel | None = None
 
 
 @dataclass
@@ -55,7 +71,7 @@ class Episode:
 
     Args:
         scenarios: of the runs, by number.
-        prepared: models and missions of the runs, by number.
+        prepared: what the runs need, by number.
         threads, record, decimation: as in `run_batch`.
 
     Raises:
@@ -72,11 +88,19 @@ class Episode:
     ) -> None:
         self._numbers = list(prepared)
         self._scenarios = [scenarios[i] for i in self._numbers]
-        self._models = [prepared[i][0] for i in self._numbers]
-        self._missions = [prepared[i][1] for i in self._numbers]
+        runs = [prepared[i] for i in self._numbers]
+        self._models = [run.model for run in runs]
+        self._missions = [run.mission for run in runs]
         first, scenario = self._models[0], self._scenarios[0]
         self._batch = batch.Batch(first, len(self._models), threads)
-        self._batch.set_models(self._models)
+        self._eq_data: Sequence[Array] = [model.eq_data for model in self._models]
+        if all(run.original is not None and run.original is runs[0].original for run in runs):
+            # One model in the processor's cache for all of them: a third faster.
+            for name in _OWN:
+                self._batch.expand(name)[:] = [getattr(model, name) for model in self._models]
+            self._eq_data = self._batch.expand("eq_data")
+        else:
+            self._batch.set_models(self._models)
         self._substeps = round(scenario.control_period / scenario.timestep)
         self._limit = np.array([s.duration for s in self._scenarios])
         self._limit /= scenario.timestep * self._substeps
@@ -187,7 +211,7 @@ class Episode:
         if closing.any():
             held = view.weld
             for place in np.flatnonzero(closing):
-                self._models[on.ids[place]].eq_data[weld, :10] = held[place]
+                self._eq_data[on.ids[place]][weld, :10] = held[place]
         self._closed[on.ids, weld] = closed
         on.latched = self._latched(on.mission, on.ids)
 
