@@ -15,6 +15,7 @@ from marine_mj.campaign.pools import open_pool
 from marine_mj.environment.sea_states import SEA_STATES
 from marine_mj.errors import AnalysisError, CampaignError
 from marine_mj.reproduce.docking import CONFIGURATIONS, SCENARIO, TABLES, Configuration, Row
+from marine_mj.simulation.batch import BLOCK
 
 #: Of all campaigns: run i has the same phases and noise in every configuration.
 _SEED = 712
@@ -93,7 +94,7 @@ def run_configurations(
         while waiting := set(blocks) - {n for n, c in found.items() if _over(c, blocks[n])}:
             idle = waiting - {name for names in running.values() for name in names}
             while idle and len(running) < pool.slots:
-                names = _next(idle, blocks, found, pool.slots)
+                names = _next(idle, blocks, found, pool.slots, runs)
                 tasks = [(name, blocks[name][_done(found, blocks, name)]) for name in names]
                 running[pool.submit(_together, tasks, base, runs, changes or {})] = names
                 idle -= set(names)
@@ -178,10 +179,12 @@ def _over(cells: Cells, blocks: Sequence[tuple[int, ...]]) -> bool:
     return blocks[-1][-1] in cells.entries or not all(e.complete for e in cells.entries.values())
 
 
-def _next(idle: Collection[str], blocks: Blocks, found: Mapping[str, Cells], slots: int) -> list:
-    """Configurations to run together next: those with the most work left, but no worker's share.
+def _next(
+    idle: Collection[str], blocks: Blocks, found: Mapping[str, Cells], slots: int, runs: int
+) -> list[str]:
+    """Configurations to run together next: those with the most work left, up to a full batch.
 
-    Work is the time that the remaining runs may take.
+    Work is the time that the remaining runs may take; a worker gets no more than its share.
     """
     left = {
         name: CONFIGURATIONS[name].changes["duration"]
@@ -192,7 +195,8 @@ def _next(idle: Collection[str], blocks: Blocks, found: Mapping[str, Cells], slo
     for name in left:
         groups.setdefault(CONFIGURATIONS[name].structure, []).append(name)
     names = max(groups.values(), key=lambda group: sum(left[name] for name in group))
-    return names[: math.ceil(len(idle) / slots)]
+    states = max(len(blocks[name][_done(found, blocks, name)]) for name in names)
+    return names[: min(math.ceil(len(idle) / slots), max(1, BLOCK // (runs * states)))]
 
 
 def _together(

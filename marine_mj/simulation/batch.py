@@ -26,7 +26,7 @@ from marine_mj.weather import environment_of
 BatchProgress = Callable[[int, int], None]
 
 #: Most simulations at once: more gain nothing, and memory grows with them.
-BLOCK = 1000
+BLOCK = 1200
 #: What may differ between runs that share a compiled model: all of it is in the packed table.
 _WEATHER = ("name", "description", "seed", "sea", "current", "wind")
 #: What a scene does not know.
