@@ -87,7 +87,7 @@ def reproduce_command(
             soft_wrap=True,
         )
         raise typer.Exit(1) from None
-    judged = write_report(rows, cells, folder, highest, sections=sections)
+    judged = write_report(rows, cells, folder, highest, sections=sections, workers=workers)
     found = [f for section in sections for f in section.outcome.findings]
     verdicts = Counter([*(j.verdict for j in judged), *(f.verdict for f in found)])
     total = len(judged) + len(found)

@@ -15,7 +15,7 @@ from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.body_settings import BodySettings, memory_of
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
 from marine_mj.hydrodynamics.memory_pack import MEMORY_PREFIX
-from marine_mj.hydrodynamics.native import install, table_of
+from marine_mj.hydrodynamics.native import install, records, table_of
 from marine_mj.hydrodynamics.pack import pack_table
 from marine_mj.hydrodynamics.stability import check_timestep
 from marine_mj.library import find_model
@@ -239,8 +239,15 @@ def write_environment(
             f"the new environment needs a table of {len(values)} numbers, the model has "
             f"{len(table)}: keep the numbers of wave components and time knots, or compile again"
         )
+    before = _added_masses(table)
     table[:] = values
-    _rescale_contacts(model)
+    if not np.array_equal(before, _added_masses(table)):
+        _rescale_contacts(model)
+
+
+def _added_masses(table: Array) -> Array:
+    """Added masses (bodies, 36) in a packed table."""
+    return np.array([p[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36] for p in records(table)])
 
 
 def load_xml(

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from marine_mj.campaign.pools import Here, open_pool
 from marine_mj.demo import write_json
 from marine_mj.errors import CampaignError
 from marine_mj.reproduce.docking import Row
@@ -28,6 +29,7 @@ def write_report(
     highest: int | None = None,
     resamples: int = 200,
     sections: Sequence[Done] = (),
+    workers: int | None = 1,
 ) -> list[Judged]:
     """All numbers of the tables beside ours, written to `folder`.
 
@@ -38,20 +40,20 @@ def write_report(
         highest: last sea state that was run, where the tables go further.
         resamples: of the bootstrap.
         sections: what stands beside the tables of sea states (`run_sections`).
+        workers: processes that judge and draw; 1: only this one, None: one per processor.
 
     Raises:
-        CampaignError: the folder cannot be written.
+        CampaignError: the folder cannot be written, or a worker was killed.
     """
     place = Path(folder)
-    judged = [j for row in rows for j in judge(row, cells[row.configuration], highest, resamples)]
     tables: dict[str, list[Row]] = {}
     for row in rows:
         tables.setdefault(row.table, []).append(row)
-    rows_of_report = [as_dict(j) for j in judged]
-    rows_of_report += [f.row(s.title) for s in sections for f in s.outcome.findings]
     try:
         place.mkdir(parents=True, exist_ok=True)
-        figures = {table: draw_intervals(lines, cells, place) for table, lines in tables.items()}
+        judged, figures = _judged(tables, cells, place, (highest, resamples), workers)
+        rows_of_report = [as_dict(j) for j in judged]
+        rows_of_report += [f.row(s.title) for s in sections for f in s.outcome.findings]
         write_json(place / "report.json", rows_of_report)
         (place / "report.md").write_text(
             _markdown(judged, cells, figures, resamples) + "".join(map(_section, sections)),
@@ -63,6 +65,39 @@ def write_report(
             "or set the permissions, then give the same command again"
         ) from None
     return judged
+
+
+def _judged(
+    tables: Mapping[str, Sequence[Row]],
+    cells: Mapping[str, Cells],
+    folder: Path,
+    settings: tuple[int | None, int],
+    workers: int | None,
+) -> tuple[list[Judged], dict[str, str]]:
+    """All numbers, and the names of the pictures by table."""
+    with open_pool(workers, executor=Here() if workers == 1 else None) as pool:
+        drawn = {
+            table: pool.submit(draw_intervals, lines, _of(lines, cells), folder)
+            for table, lines in tables.items()
+        }
+        found = [
+            pool.submit(judge, row, cells[row.configuration], *settings)
+            for lines in tables.values()
+            for row in lines
+        ]
+        try:
+            judged = [number for future in found for number in future.result()]
+            return judged, {table: future.result() for table, future in drawn.items()}
+        except pool.died:
+            raise CampaignError(
+                f"a worker was killed while it wrote the report in {str(folder)!r} (out of "
+                "memory?): the runs are intact, give the same command again"
+            ) from None
+
+
+def _of(rows: Sequence[Row], cells: Mapping[str, Cells]) -> dict[str, Cells]:
+    """The results that rows need."""
+    return {row.configuration: cells[row.configuration] for row in rows}
 
 
 def as_dict(judged: Judged) -> dict[str, Any]:
