@@ -72,7 +72,7 @@ def measure_command(
     controllers: Annotated[
         str, typer.Option(help="Their names.")
     ] = "pose_pid,cpv,cpva,lqr,sliding,mpc",
-    sea_states: Annotated[str, typer.Option(help="From the easiest on.")] = "4,5,6,7,8,9,10",
+    sea_states: Annotated[str, typer.Option(help="From the easiest on.")] = "4,5,6,7,8,9,10,11,12",
     runs: Annotated[int, typer.Option(help="Seeds per sea state.", min=1)] = 10,
     first_seed: Annotated[int, typer.Option(help="Of these seeds.", min=0)] = 11,
     duration: Annotated[float, typer.Option(help="Longest time of a run, s.")] = 90.0,
