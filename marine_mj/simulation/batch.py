@@ -25,7 +25,7 @@ from marine_mj.weather import environment_of
 #: Called with the number of finished runs and of all runs.
 BatchProgress = Callable[[int, int], None]
 
-#: Most simulations at once: more gain nothing, and memory grows with them.
+#: Most simulations at once: memory grows with them, a control period's own cost does not.
 BLOCK = 1200
 #: What may differ between runs that share a compiled model: all of it is in the packed table.
 _WEATHER = ("name", "description", "seed", "sea", "current", "wind")

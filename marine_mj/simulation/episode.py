@@ -93,7 +93,7 @@ class Episode:
         self._missions = [run.mission for run in runs]
         first, scenario = self._models[0], self._scenarios[0]
         self._batch = batch.Batch(first, len(self._models), threads)
-        # One model in the processor's cache for all runs is a third faster than one for each.
+        # A model for each of many runs would not stay in the processor's cache.
         original = runs[0].original
         shared = original is not None and all(run.original is original for run in runs)
         self._fields = {name: self._batch.expand(name) for name in _OWN} if shared else {}
