@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from marine_mj.controllers import waypoint_loops as loops
 from marine_mj.controllers.kinematics import RigidState
 from numpy.typing import NDArray
 
@@ -129,6 +130,19 @@ class DockingPlan:
         bias = np.asarray(self.goal_bias)
         return beyond + bias[..., :3], quaternion_from_euler(bias[..., 3:])
 
+    @cached_property
+    def values(self) -> Array:
+        """All numbers (..., n) in the order of `waypoint_loops`."""
+        numbers = {name: getattr(self, name) for name in loops.SCALARS}
+        if self.passing is None:
+            numbers["passing"] = self.acceptance
+        parts = [np.asarray(number, dtype=float)[..., None] for number in numbers.values()]
+        parts += [np.asarray(part) for part in (self.corridor, self.aperture, self.contact_scale)]
+        leading = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
+        return np.concatenate(
+            [np.broadcast_to(part, (*leading, part.shape[-1])) for part in parts], axis=-1
+        )
+
     def quiet(self, turning: Array | float, waited: Array | float) -> NDArray[np.bool_]:
         """Whether (...,) the dock turns slowly enough, after waiting for so long.
 
@@ -136,8 +150,7 @@ class DockingPlan:
             turning: (...,) mean square of its angular velocity, rad2/s2.
             waited: (...,) time, s.
         """
-        allowed = self.quiet_rate * (1.0 + np.floor(np.asarray(waited) / self.patience))
-        return np.asarray(np.asarray(turning) < allowed**2)
+        return np.asarray(loops.quiet(self.values, turning, waited))
 
     def clear(self, height: Array) -> NDArray[np.bool_]:
         """Whether (...,) a vehicle at that height (m) has left the dock: `leave_depth` below."""

@@ -33,7 +33,7 @@ from marine_mj.controllers.kinematics import (
 from marine_mj.controllers.lqr import sampled
 from marine_mj.controllers.mpc_settings import MpcSettings
 from marine_mj.controllers.prediction import displaced
-from marine_mj.controllers.waypoints import CORRIDOR_SLOPE
+from marine_mj.controllers.waypoint_loops import CORRIDOR_SLOPE
 from numpy.typing import NDArray
 
 from marine_mj import frames
