@@ -40,6 +40,12 @@ class RigidState:
     quaternion: Array
     velocity: Array
 
+    @classmethod
+    def at_rest(cls, shape: tuple[int, ...] = ()) -> "RigidState":
+        """Level at the origin, for a leading shape."""
+        quaternion = np.broadcast_to(_PARALLEL, (*shape, 4)).copy()
+        return cls(np.zeros((*shape, 3)), quaternion, np.zeros((*shape, 6)))
+
     @cached_property
     def rotation(self) -> Array:
         """Rotation matrix (..., 3, 3), body to world."""

@@ -191,8 +191,8 @@ class DockingMission(Mission):
             navigation=self.navigation.initial(shape, seeds),
             latch=self.latch.initial(shape),
             wrench=np.zeros((*shape, 6)),
-            target=np.zeros((*shape, 3)),
-            miss=np.zeros((*shape, 2, 6)),
+            target=RigidState.at_rest(shape),
+            vehicle=RigidState.at_rest(shape),
             start_time=start,
             latch_time=start if self.docked else np.full(shape, np.inf),
             undock_at=start + self.undock_after if self.docked else np.full(shape, np.inf),
@@ -250,8 +250,8 @@ class DockingMission(Mission):
             pilot=pilot,
             navigation=navigation,
             wrench=given,
-            target=order.target.position,
-            miss=_miss(order.target, view.vehicle),
+            target=order.target,
+            vehicle=view.vehicle,
         )
 
     def _allocate(self, pilot: PilotState, wrench: Array) -> tuple[Array, Array]:
@@ -363,12 +363,13 @@ class DockingMission(Mission):
     def signals(self, state: DockingState, view: DockingView, latched: Flags) -> dict[str, Array]:
         """Signals (..., ...) for the log, by name; `signal_specs` describes them."""
         phase = np.asarray(state.pilot.guidance.phase, dtype=float)
+        error, rate = _miss(state.target, state.vehicle)
         return {
             "dock_error": view.error,
             "relative_velocity": view.relative_velocity,
-            "target_ned": frames.flip(state.target),
-            "target_error": frames.flip(state.miss[..., 0, :]),
-            "target_rate": frames.flip(state.miss[..., 1, :]),
+            "target_ned": frames.flip(state.target.position),
+            "target_error": frames.flip(error),
+            "target_rate": frames.flip(rate),
             "wrench_command": state.wrench,
             "phase": phase if self.closed_loop else np.full_like(phase, np.nan),
             "latched": np.asarray(latched, dtype=float),
@@ -393,10 +394,8 @@ class DockingMission(Mission):
         )
 
 
-def _miss(target: RigidState, vehicle: RigidState) -> Array:
-    """Pose and velocity (..., 2, 6) of the target minus those of the vehicle, world axes NWU."""
+def _miss(target: RigidState, vehicle: RigidState) -> tuple[Array, Array]:
+    """Pose and velocity (..., 6) of the target minus those of the vehicle, world axes NWU."""
     own = (pose_error(target, vehicle), -relative_velocity(vehicle, target))
     parts = [rotate(vehicle.rotation, v[..., i : i + 3]) for v in own for i in (0, 3)]
-    return np.stack(
-        [np.concatenate(parts[:2], axis=-1), np.concatenate(parts[2:], axis=-1)], axis=-2
-    )
+    return np.concatenate(parts[:2], axis=-1), np.concatenate(parts[2:], axis=-1)

@@ -30,7 +30,7 @@ class NavigationState:
         seeds: (...,) of the noise.
         velocity: (..., 2, 6) true velocities of vehicle and carrier at the last look, world axes;
             NaN before the first one.
-        pose: (..., 2, 7) their estimated positions NWU and quaternions wxyz.
+        vehicle, carrier: estimated states at the last look; NaN before the first one.
         error: (..., 2, 12) estimated minus true pose and velocity, true body axes FLU.
         relative: (..., 3) error of the carrier's position from the vehicle, NWU, m.
         squares: (..., 27) sums of the squared errors: vehicle, carrier, relative.
@@ -40,7 +40,8 @@ class NavigationState:
     step: int
     seeds: NDArray[np.uint64]
     velocity: Array
-    pose: Array
+    vehicle: RigidState
+    carrier: RigidState
     error: Array
     relative: Array
     squares: Array
@@ -84,12 +85,14 @@ class DockingNavigation:
 
     def initial(self, shape: tuple[int, ...], seeds: ArrayLike) -> NavigationState:
         """State before the first look, for a leading shape and noise seeds (...,)."""
+        unknown = RigidState(*(np.full((*shape, size), np.nan) for size in (3, 4, 6)))
         return NavigationState(
             memory=None,
             step=0,
             seeds=as_seeds(seeds, shape),
             velocity=np.full((*shape, 2, 6), np.nan),
-            pose=np.full((*shape, 2, 7), np.nan),
+            vehicle=unknown,
+            carrier=unknown,
             error=np.full((*shape, 2, 12), np.nan),
             relative=np.full((*shape, 3), np.nan),
             squares=np.zeros((*shape, 27)),
@@ -128,7 +131,8 @@ class DockingNavigation:
             step=state.step + 1,
             seeds=state.seeds,
             velocity=velocity,
-            pose=np.stack([_pose(estimate.vehicle), _pose(estimate.carrier)], axis=-2),
+            vehicle=estimate.vehicle,
+            carrier=estimate.carrier,
             error=error,
             relative=relative,
             squares=squares,
@@ -136,10 +140,10 @@ class DockingNavigation:
 
     def signals(self, state: NavigationState) -> dict[str, Array]:
         """Signals (..., k) of the last look, for the log; NaN before the first one."""
-        etas = frames.eta_ned(state.pose[..., :3], state.pose[..., 3:])
+        vehicle, carrier = state.vehicle, state.carrier
         return {
-            "estimated_eta_ned": etas[..., 0, :],
-            "estimated_carrier_eta_ned": etas[..., 1, :],
+            "estimated_eta_ned": frames.eta_ned(vehicle.position, vehicle.quaternion),
+            "estimated_carrier_eta_ned": frames.eta_ned(carrier.position, carrier.quaternion),
             "navigation_error": state.error[..., 0, :6],
             "navigation_velocity_error": state.error[..., 0, 6:],
             "carrier_navigation_error": state.error[..., 1, :6],
@@ -169,11 +173,6 @@ class DockingNavigation:
 def _error(estimate: RigidState, true: RigidState) -> Array:
     """Estimated minus true pose and velocity (..., 12), true body axes."""
     return np.concatenate([pose_error(estimate, true), estimate.velocity - true.velocity], axis=-1)
-
-
-def _pose(body: RigidState) -> Array:
-    """Position and quaternion (..., 7)."""
-    return np.concatenate([body.position, body.quaternion], axis=-1)
 
 
 def docking_navigation(

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from marine_mj.contact_success import contact_success
-from marine_mj.controllers import LatchState, PilotState
+from marine_mj.controllers import LatchState, PilotState, RigidState
 from marine_mj.frames import Array
 from marine_mj.scenario import Scenario
 from marine_mj.tasks.contact_log import ContactLog
@@ -31,8 +31,8 @@ class DockingState:
         navigation: of what they know.
         latch: of the latch's monitor.
         wrench: (..., 6) wrench the actuators were asked for, FLU.
-        target: (..., 3) position the controller steers to, NWU, m.
-        miss: (..., 2, 6) pose and velocity of the target minus the vehicle's, world axes NWU.
+        target: state that the controller steers to.
+        vehicle: state of the vehicle when it began to.
         start_time: (...,) time on the wave record at the start, s.
         latch_time: (...,) when the latch closed, s; inf before.
         undock_at: (...,) when it is to open, s; inf: never.
@@ -50,8 +50,8 @@ class DockingState:
     navigation: NavigationState
     latch: LatchState
     wrench: Array
-    target: Array
-    miss: Array
+    target: RigidState
+    vehicle: RigidState
     start_time: Array
     latch_time: Array
     undock_at: Array
