@@ -60,6 +60,12 @@ class Row:
     last: int
     printed: dict[str, float] = field(default_factory=dict)
 
+    @property
+    def noise(self) -> str | None:
+        """Scenario of the navigation; None: perfect."""
+        changes = CONFIGURATIONS[self.configuration].changes
+        return changes.get(f"{_NAVIGATION}.scenario")
+
     def published(self, column: str) -> float | None:
         """Corrected value of a column: surge, pitch, energy, total or uptime (%)."""
         return {

@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import norm
 
 from marine_mj.analysis.docking import (
+    COVERAGE,
     METRICS,
     CaptureLimits,
     Entries,
@@ -14,7 +16,9 @@ from marine_mj.analysis.docking import (
     operable,
     uptime,
 )
+from marine_mj.controllers.navigation.planar import planar_scenario
 from marine_mj.reproduce.docking import Row
+from marine_mj.reproduce.filter_theory import surge_error
 from marine_mj.reproduce.runner import Cells
 
 #: Columns of the tables, in their order.
@@ -149,6 +153,12 @@ def _reason(
     limit = TOLERANCE[column]
     if ends[0] - limit <= published <= ends[1] + limit:
         parts.append(f"the scatter of {len(next(iter(entries.values())))} runs reaches it")
+    if row.noise is not None and column in ("surge", "total"):
+        width = norm.ppf(0.5 + 0.5 * COVERAGE) * surge_error(planar_scenario(row.noise))
+        parts.append(
+            f"99.7 % of the errors in surge that the filters alone make, by linear theory in any "
+            f"sea, are within {width:.2f} m"
+        )
     if gaps != ours and abs(_level(gaps, bottom) - published) <= limit:
         parts.append(f"with gaps ours is {gaps}")
     parts.append("dock offset, place of the carrier and frequencies of the waves are not published")

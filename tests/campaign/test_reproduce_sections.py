@@ -7,17 +7,24 @@ from dataclasses import replace
 import matplotlib
 import numpy as np
 import pytest
+from marine_mj.controllers import RigidState
+from marine_mj.controllers.navigation import Truth
+from marine_mj.controllers.navigation.planar import (
+    PlanarNavigation,
+    PlanarNoise,
+    planar_scenario,
+)
 from scipy import stats
 
 from marine_mj.campaign.pools import Here
 from marine_mj.environment import wavenumber
 from marine_mj.errors import AnalysisError, CampaignError
 from marine_mj.reproduce import TABLES, choose, run_sections, write_report
+from marine_mj.reproduce.filter_theory import riccati, surge_error
 from marine_mj.reproduce.sections import SECTIONS, multibody
 from marine_mj.reproduce.sections import runner as sections_runner
 from marine_mj.reproduce.sections.base import Job, Outcome, compare
 from marine_mj.reproduce.sections.distributions import density
-from marine_mj.reproduce.sections.navigation import _riccati
 from marine_mj.reproduce.sections.waypoints import WAYPOINTS, Waypoint, _judge
 from marine_mj.validation.navigation import steady
 
@@ -127,8 +134,28 @@ def test_two_bodies_are_judged_by_their_gains_and_the_phase_of_pitch():
 
 @pytest.mark.parametrize("period", [0.1, 0.2])
 def test_steady_deviations_of_the_filter_solve_the_riccati_equation(period):
-    for ours, exact in zip(steady(period), _riccati(period), strict=True):
-        np.testing.assert_allclose(ours, exact, rtol=2e-3)  # measured: 5e-4
+    exact = riccati(PlanarNoise(fix_period=period))
+    for ours, covariance in zip(steady(period), exact, strict=True):
+        np.testing.assert_allclose(ours, np.sqrt(np.diag(covariance)), rtol=2e-3)  # measured: 5e-4
+
+
+@pytest.mark.parametrize("scenario", ["base", "acceleration_worst", "period_0.04", "fix_worst"])
+def test_surge_error_of_theory_is_that_of_the_filters(scenario):
+    """300 pairs of resting bodies, 60 s each; the last 40 s count."""
+    noise, shape = planar_scenario(scenario), (300,)
+    body, still = RigidState.at_rest(shape), np.zeros((*shape, 6))
+    navigator = PlanarNavigation.of(noise, 0.01)
+    truth = Truth(body, body, still, still)
+    state = navigator.initial(truth, np.arange(1, 301, dtype=np.uint64), shape)
+    squares = []
+    for step in range(6000):
+        estimate = navigator.update(state, truth, step)
+        state = estimate.state
+        if step >= 2000 and step % 7 == 0:  # 7 does not divide the steps between two fixes
+            x = (estimate.carrier.position - estimate.vehicle.position)[:, 0]
+            squares.append(np.mean(x**2))
+    found = np.sqrt(np.mean(squares))
+    np.testing.assert_allclose(found, surge_error(noise), rtol=0.05)
 
 
 def test_densities_are_those_of_the_fits():

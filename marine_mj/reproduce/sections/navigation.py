@@ -1,13 +1,13 @@
 """The study's filters: table 8.8, steady deviations, saw-tooth (8.3, 8.4), traces (8.5, 8.6)."""
 
 import numpy as np
-from scipy.linalg import solve_discrete_are
 
 from marine_mj.controllers import RigidState
 from marine_mj.controllers.kinematics import world_velocity
 from marine_mj.controllers.navigation import Truth
-from marine_mj.controllers.navigation.planar import PlanarNavigation, planar_scenario
+from marine_mj.controllers.navigation.planar import PlanarNavigation, PlanarNoise, planar_scenario
 from marine_mj.frames import Array
+from marine_mj.reproduce.filter_theory import riccati
 from marine_mj.reproduce.sections.base import Finding, Job, Outcome, panels
 from marine_mj.reproduce.sections.prediction import bodies
 from marine_mj.simulation import run_batch
@@ -51,9 +51,10 @@ def filter_table(job: Job) -> Outcome:
                         "median; agrees within 95 % of the runs", (low, high))
             )  # fmt: skip
     for period in _FIXES:
-        ours = steady(period)
-        for when, values, exact in zip(("before", "after"), ours, _riccati(period), strict=True):
-            for k, (value, reference) in enumerate(zip(values, exact, strict=True)):
+        ours, exact = steady(period), riccati(PlanarNoise(fix_period=period))
+        for when, values, covariance_ in zip(("before", "after"), ours, exact, strict=True):
+            theory = np.sqrt(np.diag(covariance_))
+            for k, (value, reference) in enumerate(zip(values, theory, strict=True)):
                 good = abs(value - reference) < 0.005 * reference
                 findings.append(
                     Finding(f"steady deviation of {_STATES[k]} {when} a fix, t_z {period:g} s",
@@ -73,21 +74,6 @@ def filter_table(job: Job) -> Outcome:
         "state 4 gives 0.018), those of u and w fit a calmer one: no motion of ours gives both."
     )
     return Outcome(findings, names, text)
-
-
-def _riccati(fix_period: float) -> tuple[Array, Array]:
-    """Steady deviations (6,) before and after a fix, by the Riccati equation of a whole cycle."""
-    n = round(fix_period / _PERIOD)
-    F = np.eye(6) + _PERIOD * np.eye(6, k=3)
-    # Tables 8.5 and 8.7: process noise per step, accelerations as an input.
-    noise = np.square([0.003, 0.003, 0.001, 0.001, 0.001, 0.01])
-    noise[3:] += _PERIOD**2 * np.array([0.01, 0.01, 0.05])
-    R = np.diag(np.square([0.5, 0.5, 0.1, 0.05, 0.05, 0.001]))
-    power = [np.linalg.matrix_power(F, i) for i in range(n + 1)]
-    Q = sum((p @ np.diag(noise) @ p.T for p in power[:n]), np.zeros((6, 6)))
-    before = solve_discrete_are(power[n].T, np.eye(6), Q, R)
-    after = before - before @ np.linalg.solve(before + R, before)
-    return np.sqrt(np.diag(before)), np.sqrt(np.diag(after))
 
 
 def _filtered() -> tuple[Array, Array, Array, Array, Array, Array]:
