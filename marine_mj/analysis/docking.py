@@ -131,7 +131,11 @@ def interval(entries: Entries, metric: str, coverage: float = COVERAGE) -> tuple
         low, high = float(values.min()), float(values.max())
         return (0.0, high) if metric == "energy" else (low, high)
     if metric == "energy":
-        return 0.0, float(fit_gamma(np.maximum(values, 1e-12)).quantile(coverage))
+        positive = np.maximum(values, 1e-12)
+        try:
+            return 0.0, float(fit_gamma(positive).quantile(coverage))
+        except AnalysisError:  # too little spread, relative to the mean, for a gamma distribution
+            return 0.0, float(positive.max())
     low, high = fit_normal(values).interval(coverage)
     return float(low), float(high)
 

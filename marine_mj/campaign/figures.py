@@ -41,14 +41,16 @@ def draw_figures(
 def _success(found: dict[str, Any]) -> Figure:
     """Success probability of the cells with Wilson intervals."""
     cells = found["cells"]
-    figure = Figure(figsize=(6, 1.2 + 0.3 * len(cells)), layout="constrained")
+    labels = [_label(c) for c in cells]
+    width = 4 + 0.085 * max(map(len, labels))  # a letter of the font is 0.085 inches wide
+    figure = Figure(figsize=(width, 1.2 + 0.3 * len(cells)), layout="constrained")
     axes = figure.subplots()
     p = np.array([c["probability"] for c in cells])
     ends = np.array([[c["low"], c["high"]] for c in cells])
     # Rounding may put an end of the interval a hair inside the estimate.
     error = np.clip(np.abs(ends.T - p), 0, None)
     axes.errorbar(p, np.arange(len(cells)), xerr=error, fmt="o", capsize=3)
-    axes.set_yticks(range(len(cells)), [_label(c) for c in cells])
+    axes.set_yticks(range(len(cells)), labels)
     axes.set(xlim=(-0.02, 1.02), xlabel="success probability, 95 % Wilson interval")
     axes.set_ylim(len(cells) - 0.5, -0.5)
     axes.grid(axis="x", alpha=0.3)

@@ -1,5 +1,6 @@
 """The report of a campaign: tables as JSON and Markdown, figures as PNG."""
 
+import contextlib
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -21,7 +22,7 @@ from marine_mj.campaign.rare_report import draw_levels, rare_markdown, rare_repo
 from marine_mj.campaign.runner import load_plan
 from marine_mj.campaign.table import schema
 from marine_mj.demo import write_json
-from marine_mj.errors import CampaignError
+from marine_mj.errors import AnalysisError, CampaignError
 
 #: Fewest values that a distribution is fitted to.
 _FIT = 5
@@ -150,12 +151,15 @@ def describe(column: pd.Series) -> dict[str, Any]:
 
 
 def fits(x: np.ndarray) -> dict[str, Any]:
-    """Fitted normal distribution and, for positive values, gamma distribution, by name."""
-    if len(x) < _FIT or np.ptp(x) == 0:
-        return {}
-    found: dict[str, Any] = {"normal": fit_normal(x)}
-    if x.min() > 0:
-        found["gamma"] = fit_gamma(x)
+    """Fitted normal and gamma distribution, by name; one that cannot be fitted is left out.
+
+    That is: both of values that are (nearly) the same, gamma of values that are not positive.
+    """
+    found: dict[str, Any] = {}
+    if len(x) >= _FIT:
+        for name, make in (("normal", fit_normal), ("gamma", fit_gamma)):
+            with contextlib.suppress(AnalysisError):
+                found[name] = make(x)
     return found
 
 

@@ -9,7 +9,7 @@ from scipy import stats
 from marine_mj import cli
 from marine_mj.campaign import run_campaign
 from marine_mj.campaign.folder import CampaignFolder
-from marine_mj.campaign.report import report
+from marine_mj.campaign.report import describe, report
 from marine_mj.errors import CampaignError
 
 
@@ -97,6 +97,15 @@ def test_report_of_constant_and_missing_metrics(tmp_path):
     assert metrics["pitch_deg"] == {"n": 0} and metrics["force"]["std"] == 0
     assert "normal" not in metrics["force"]
     assert all(e.get("share") is None for e in found["effects"])
+
+
+def test_metric_that_hardly_varies_has_no_gamma_fit_but_a_report():
+    """Energies at a dock in calm water: the same to a millionth."""
+    close = 0.5 * (1 + 1e-7 * np.arange(60))
+    found = describe(pd.Series(close))
+    assert "gamma" not in found and found["normal"]["std"] == pytest.approx(np.std(close, ddof=1))
+    assert describe(pd.Series(np.ones(60))).keys().isdisjoint({"normal", "gamma"})
+    assert {"normal", "gamma"} < describe(pd.Series(0.5 * (1 + 1e-4 * np.arange(60)))).keys()
 
 
 def test_report_refusals(tmp_path):

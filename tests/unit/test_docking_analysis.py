@@ -47,6 +47,8 @@ def test_calm_water_has_no_spread_and_is_its_own_interval():
     same = d.Entries(np.full(60, 0.1), np.zeros(60), np.full(60, 2.0))
     assert d.interval(same, "surge") == (0.1, 0.1)
     assert d.interval(same, "energy") == (0.0, 2.0)
+    close = d.Entries(np.full(60, 0.1), np.zeros(60), 2.0 * (1 + 1e-7 * np.arange(60)))
+    assert d.interval(close, "energy") == (0.0, close.energy.max())
     assert d.operable(same)["total"]
 
 
