@@ -1,11 +1,12 @@
 """Waypoint manager and latch on scripted motions."""
 
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
 import pytest
 from marine_mj.controllers import DockingGuidance, DockingPlan, Latch, Phase, RigidState
 
+from marine_mj import trees
 from marine_mj.errors import ScenarioError
 from marine_mj.frames import quaternion_from_euler
 
@@ -303,3 +304,54 @@ def test_refusals():
         DockingPlan(contact_scale=(1.0,))
     with pytest.raises(ScenarioError, match=r"goal_bias needs 6 values, got \(0\.1, 0\.2\)"):
         DockingPlan(goal_bias=(0.1, 0.2))
+
+
+def test_guidance_of_stacked_plans_is_that_of_each():
+    """Random states in every phase: plans that differ in numbers decide in one call as alone."""
+    plans = [
+        DockingPlan(),
+        DockingPlan(
+            wait_speed=0.5, wait_time=0.02, corridor=(0.3, 0.2), retreat=1.0, quiet_rate=0.1
+        ),
+        DockingPlan(
+            acceptance=0.6, wait_depth=0.4, aperture=(0.2, 0.2), quiet_rate=0.1, commit=0.5
+        ),
+    ]
+    n = 300
+    rng = np.random.default_rng(5)
+    rows = rng.integers(len(plans), size=n)
+
+    def body(spread):
+        euler = quaternion_from_euler(rng.normal(0, 0.2, (n, 3)))
+        return RigidState(rng.normal(0, spread, (n, 3)), euler, rng.normal(0, 0.4, (n, 6)))
+
+    carrier, vehicle = body(0.2), body(0.6)
+    vehicle.position[:, 2] -= 1.0
+    aperture, seat = (carrier.attached([0, 0, z]) for z in (-1.0, -0.5))
+    state = replace(
+        DockingGuidance().initial((n,)),
+        phase=rng.integers(len(Phase), size=n),
+        height=rng.normal(0, 0.3, n),
+        progress=rng.uniform(-1, 1, n),
+        waited=rng.uniform(0, 40, n),
+        turning=rng.uniform(0, 0.03, n),
+    )
+    latched = rng.random(n) < 0.05
+
+    def flown(plan, i):
+        parts = (trees.take(part, i) for part in (state, vehicle, carrier, aperture, seat, latched))
+        return DockingGuidance(plan).update(*parts, PERIOD)
+
+    together = flown(trees.stack(plans, rows), slice(None))
+    for i, row in enumerate(rows):
+        for one, many in zip(flown(plans[row], i), together, strict=True):
+            for a, b in zip(leaves(one), leaves(trees.take(many, i)), strict=True):
+                np.testing.assert_array_equal(a, b)
+    assert len(np.unique(together[1].phase)) == len(Phase)
+
+
+def leaves(tree):
+    """All numbers and arrays of a dataclass."""
+    if not is_dataclass(tree):
+        return [tree]
+    return [leaf for field in fields(tree) for leaf in leaves(getattr(tree, field.name))]
