@@ -249,12 +249,16 @@ def _campaign() -> list[Row]:
 
 
 def _first_step() -> list[Row]:
-    """Start of the command line to the first step of the demo scenario, kernels cached."""
+    """Start of the command line to the first step of the demo scenario, as at any later start.
+
+    Kernels and byte code are there, also if the environment forbids to write byte code.
+    """
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     command = [sys.executable, "-m", "marine_mj.cli", "run", "docking_demo", "--first-step"]
     best = np.inf
     for _ in range(3):
         begin = time.perf_counter()
-        subprocess.run(command, check=True, capture_output=True)
+        subprocess.run(command, check=True, capture_output=True, env=environment)
         best = min(best, time.perf_counter() - begin)
     return [_at_most("command_line", "start_to_first_step", best, "s", 3.0)]
 
