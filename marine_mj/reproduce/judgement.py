@@ -19,6 +19,7 @@ from marine_mj.analysis.docking import (
 from marine_mj.controllers.navigation.planar import planar_scenario
 from marine_mj.reproduce.docking import Row
 from marine_mj.reproduce.filter_theory import surge_error
+from marine_mj.reproduce.reasons import reason
 from marine_mj.reproduce.runner import Cells
 
 #: Columns of the tables, in their order.
@@ -161,7 +162,7 @@ def _reason(
         )
     if gaps != ours and abs(_level(gaps, bottom) - published) <= limit:
         parts.append(f"with gaps ours is {gaps}")
-    parts.append("dock offset, place of the carrier and frequencies of the waves are not published")
+    parts.append(reason(row.configuration, column))
     return "; ".join(parts)
 
 

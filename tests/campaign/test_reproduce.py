@@ -19,11 +19,13 @@ from marine_mj.reproduce import (
     TABLES,
     Cells,
     judge,
+    reasons,
     rows_of,
     run_configurations,
     runner,
     write_report,
 )
+from marine_mj.reproduce.judgement import TOLERANCE
 from marine_mj.reproduce.runner import block_plan
 from marine_mj.simulation.batch import run_scenarios
 
@@ -284,3 +286,21 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(CampaignError, match=r"cannot write the report to .*file.*runs are intact"):
         write_report([line(2573)], {"manual": cells(2)}, tmp_path / "file", resamples=5)
+
+
+def test_reasons_belong_to_configurations():
+    for name, columns, text in reasons._REASONS:
+        assert any(c.startswith(name) for c in CONFIGURATIONS) and set(columns) <= set(TOLERANCE)
+        assert 40 < len(text) < 250
+    assert "chatter" in reasons.reason("kinematic_2", "energy")
+    assert "2 %" in reasons.reason("brute_force_acceleration_worst", "surge")
+    assert "not published" in reasons.reason("cpva", "surge")
+
+
+def test_navigation_that_differs_in_surge_is_told_what_the_filters_know():
+    base = next(r for r in TABLES["8.12"] if r.label == "base")
+    assert base.noise == "base" and line(2573).noise is None
+    calm = Cells({s: entries(s, surge=0.01) for s in range(9)}, {}, 120.0)
+    surge, _, energy, *_ = judge(base, calm, resamples=20)
+    assert surge.verdict == "differs" and "are within 0.31 m" in surge.note
+    assert "filters alone" not in energy.note
