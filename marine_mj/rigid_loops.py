@@ -192,9 +192,3 @@ def acceleration_at(position, q, v, a, point, out):
     inward = _cross(w[0], w[1], w[2], swing[0], swing[1], swing[2])
     for i in range(3):
         out[i], out[3 + i] = a[i] + turning[i] + inward[i], a[3 + i]
-
-
-@native_loop("void(f8[:,:], i8[:], f8[:])", "(n,m),()->(m)")
-def row(values, index, out):
-    for i in range(values.shape[1]):
-        out[i] = values[index[0], i]

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from marine_mj import frames, hydrodynamics
+from marine_mj import frames, hydrodynamics, rigid_loops
 from marine_mj.controllers import (
     Allocator,
     DockingPilot,
@@ -23,7 +23,6 @@ from marine_mj.controllers import (
     pose_error,
     relative_velocity,
 )
-from marine_mj.controllers.kinematics import rotate
 from marine_mj.frames import Array
 from marine_mj.scenario import Scenario
 from marine_mj.scene import main_bodies, start_pose
@@ -397,5 +396,5 @@ class DockingMission(Mission):
 def _miss(target: RigidState, vehicle: RigidState) -> tuple[Array, Array]:
     """Pose and velocity (..., 6) of the target minus those of the vehicle, world axes NWU."""
     own = (pose_error(target, vehicle), -relative_velocity(vehicle, target))
-    parts = [rotate(vehicle.rotation, v[..., i : i + 3]) for v in own for i in (0, 3)]
-    return np.concatenate(parts[:2], axis=-1), np.concatenate(parts[2:], axis=-1)
+    error, rate = (rigid_loops.world_velocity(vehicle.quaternion, part) for part in own)
+    return error, rate
