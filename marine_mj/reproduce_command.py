@@ -1,6 +1,8 @@
 """The command `marine-mj reproduce`: a published study done again."""
 
 import contextlib
+import os
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -17,6 +19,8 @@ console = Console()
 errors = Console(stderr=True)
 #: Runs per sea state: of the study, and of `--full`.
 _RUNS, _FULL = 60, 1000
+# Processor time of a configuration per run and sea state, all sea states of its table: measured, s.
+_COST = 1.0
 
 
 def reproduce_command(
@@ -66,6 +70,16 @@ def reproduce_command(
     numbers, names = choose(None if tables is None else tables.split(","))
     rows = rows_of(numbers) if numbers else []
     count = _FULL if full else _RUNS if runs is None else runs
+    begin = time.monotonic()
+    if rows:
+        flown = len({row.configuration for row in rows})
+        duration = _duration(_COST * flown * count / (workers or os.cpu_count() or 1))
+        errors.print(
+            f"{flown} configurations, {count} runs per sea state: about {duration} from the "
+            "beginning; after a stop the same command goes on",
+            soft_wrap=True,
+            highlight=False,
+        )
     try:
         with _progress("campaigns") as tell:
             cells = run_configurations(
@@ -93,10 +107,19 @@ def reproduce_command(
     total = len(judged) + len(found)
     shown = ", ".join(f"{verdict} {n}" for verdict, n in sorted(verdicts.items()))
     console.print(
-        f"{total} numbers ({shown}); wrote {folder / 'report.md'} and report.json",
+        f"{total} numbers ({shown}) in {_duration(time.monotonic() - begin)}; "
+        f"wrote {folder / 'report.md'} and report.json",
         soft_wrap=True,
         highlight=False,
     )
+
+
+def _duration(seconds: float) -> str:
+    """A time in the unit that suits it."""
+    for unit, size in (("h", 3600), ("min", 60)):
+        if seconds >= size:
+            return f"{seconds / size:.1f} {unit}"
+    return f"{seconds:.0f} s"
 
 
 @contextlib.contextmanager

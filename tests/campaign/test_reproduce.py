@@ -254,6 +254,19 @@ def test_refusals(capsys, tmp_path, arguments, message):
     assert stop.value.code == 1 and message in capsys.readouterr().err.replace("\n", " ")
 
 
+def test_command_says_how_long_it_takes_and_how_it_goes_on(capsys, tmp_path, monkeypatch):
+    def stopped(*arguments, **settings):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("marine_mj.reproduce.run_configurations", stopped)
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["reproduce", "docking", "--full", "--workers", "2", "--out", str(tmp_path)])
+    told = capsys.readouterr().err
+    assert stop.value.code == 1 and "give the same command again" in told
+    # Twenty minutes with 60 runs on two processors (docs/reproduce.md).
+    assert "40 configurations, 1000 runs per sea state: about 5.6 h from" in told
+
+
 def test_changes_need_a_folder_of_their_own(capsys):
     with pytest.raises(SystemExit) as stop:
         cli.main(["reproduce", "docking", "--set", "sea.components=20"])
