@@ -2,7 +2,7 @@
 
 A plan comes as one vector, `DockingPlan.values`, in the order of the names below. Vectors are in
 world axes NWU; matrices turn into them. `course` is cos and sin of the carrier's heading and of
-half of it.
+half of it. `size` and `sizes` stand for the size of a result only.
 """
 
 from enum import IntEnum

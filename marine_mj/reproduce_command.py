@@ -4,9 +4,9 @@ import contextlib
 import os
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -14,6 +14,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from marine_mj.errors import AnalysisError
 from marine_mj.toml import assignments
+
+if TYPE_CHECKING:
+    from marine_mj.reproduce.docking import Row
 
 console = Console()
 errors = Console(stderr=True)
@@ -72,11 +75,11 @@ def reproduce_command(
     count = _FULL if full else _RUNS if runs is None else runs
     begin = time.monotonic()
     if rows:
-        flown = len({row.configuration for row in rows})
-        duration = _duration(_COST * flown * count / (workers or os.cpu_count() or 1))
+        flown, share = _share(rows, highest)
+        duration = _duration(_COST * share * count / (workers or os.cpu_count() or 1))
         errors.print(
-            f"{flown} configurations, {count} runs per sea state: about {duration} from the "
-            "beginning; after a stop the same command goes on",
+            f"{flown} configurations, {count} runs per sea state: their campaigns take about "
+            f"{duration} from the beginning; after a stop the same command goes on",
             soft_wrap=True,
             highlight=False,
         )
@@ -112,6 +115,15 @@ def reproduce_command(
         soft_wrap=True,
         highlight=False,
     )
+
+
+def _share(rows: "Sequence[Row]", highest: int | None) -> tuple[int, float]:
+    """Number of configurations, and of those a whole run of all their sea states would be."""
+    shares = {}
+    for row in rows:
+        last = row.last if highest is None else min(row.last, highest)
+        shares[row.configuration] = max(last - row.first + 1, 0) / (row.last - row.first + 1)
+    return len(shares), sum(shares.values())
 
 
 def _duration(seconds: float) -> str:

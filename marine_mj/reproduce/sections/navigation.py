@@ -52,8 +52,8 @@ def filter_table(job: Job) -> Outcome:
             )  # fmt: skip
     for period in _FIXES:
         ours, exact = steady(period), riccati(PlanarNoise(fix_period=period))
-        for when, values, covariance_ in zip(("before", "after"), ours, exact, strict=True):
-            theory = np.sqrt(np.diag(covariance_))
+        for when, values, believed in zip(("before", "after"), ours, exact, strict=True):
+            theory = np.sqrt(np.diag(believed))
             for k, (value, reference) in enumerate(zip(values, theory, strict=True)):
                 good = abs(value - reference) < 0.005 * reference
                 findings.append(
