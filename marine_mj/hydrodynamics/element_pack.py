@@ -18,9 +18,9 @@ from marine_mj.hydrodynamics.raos import responses
 from marine_mj.hydrodynamics.table_builder import TableBuilder
 
 #: Headings for which responses of a floating body are tabulated.
-HEADINGS = 24
+HEADINGS = 72
 #: Headings for which wave drift is tabulated: forces like c|c| bend sharply in beam and head seas.
-DRIFT_HEADINGS = 48
+DRIFT_HEADINGS = 96
 #: Inertia of a body with prescribed motion, kg and kg m2 (a calibration: far above any vehicle,
 #: far below what would spoil the solver's scaling).
 PRESCRIBED_INERTIA = 1e9
@@ -80,26 +80,42 @@ def _path(
     return [x, y, body.equilibrium_height, yaw, offset]
 
 
-def by_heading(table: TableBuilder, database: str, waves: WaveField, response: str) -> list[float]:
-    """Number of headings and offset of a response (HEADINGS, entries, 2, N), see `responses`."""
+def reference_yaw(waves: WaveField) -> float:
+    """Yaw [rad], NWU, at which tables over the heading start: the direction of one component.
+
+    Tables then depend on the directions relative to the hull only.
+    """
+    return float(waves.direction[0])
+
+
+def by_heading(
+    table: TableBuilder, database: str, waves: WaveField, response: str
+) -> tuple[int, int, float]:
+    """Number of headings, offset of a response (headings, entries, 2, N), yaw of the first one.
+
+    See `responses`.
+    """
     blocks = []
+    reference = reference_yaw(waves)
     for heading in range(HEADINGS):
-        yaw = 2 * np.pi * heading / HEADINGS
+        yaw = reference + 2 * np.pi * heading / HEADINGS
         each = responses(database, response, waves, yaw)
         blocks.append(np.stack([each.real, each.imag], axis=1))
-    return [HEADINGS, table.add(np.stack(blocks))]
+    return HEADINGS, table.add(np.stack(blocks)), reference
 
 
 def _drift(
     table: TableBuilder, body: BodyCoefficients, environment: Environment, drift: Drift
 ) -> list[float]:
-    """Mode, number of headings and offset of the drift: (DRIFT_HEADINGS, 3), or (..., 3, N)."""
+    """Mode, number of headings, offset of (DRIFT_HEADINGS, 3[, N]), and yaw of the first one."""
     amplitude = environment.waves.amplitude
     blocks = []
+    reference = reference_yaw(environment.waves)
     for heading in range(DRIFT_HEADINGS):
-        each = amplitude * mean_drift(body, environment, 2 * np.pi * heading / DRIFT_HEADINGS)
+        yaw = reference + 2 * np.pi * heading / DRIFT_HEADINGS
+        each = amplitude * mean_drift(body, environment, yaw)
         blocks.append(each if drift == "slow" else each @ amplitude)
-    return [t_.DRIFT_MODES[drift], DRIFT_HEADINGS, table.add(np.stack(blocks))]
+    return [t_.DRIFT_MODES[drift], DRIFT_HEADINGS, table.add(np.stack(blocks)), reference]
 
 
 def _thrusters(model: mujoco.MjModel, body: BodyCoefficients, index: int) -> Array:

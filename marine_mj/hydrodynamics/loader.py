@@ -14,6 +14,7 @@ from marine_mj.frames import Array
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.body_settings import BodySettings, memory_of
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
+from marine_mj.hydrodynamics.low_frequency import LOW_FREQUENCY_PREFIX, follows_waves
 from marine_mj.hydrodynamics.memory_pack import MEMORY_PREFIX
 from marine_mj.hydrodynamics.native import install, records, table_of
 from marine_mj.hydrodynamics.pack import pack_table
@@ -121,49 +122,81 @@ def _set_numeric(spec: mujoco.MjSpec, values: Array) -> None:
     spec.add_numeric(name=t_.NAME, data=values, size=len(values))
 
 
-#: Actuator group of the memory: one that nobody disables for other reasons.
-_MEMORY_GROUP = 30
+#: Actuator group of our states: one that nobody disables for other reasons.
+_STATE_GROUP = 30
 
 
-def _add_memory(
-    spec: mujoco.MjSpec, bodies: Sequence[BodyCoefficients], settings: Mapping[str, BodySettings]
+def _joint_of(spec: mujoco.MjSpec, name: str) -> mujoco.MjsJoint:
+    """A joint that moves a body: its own first, or that of the nearest parent."""
+    body = spec.body(name)
+    while not body.joints:
+        if body.parent is None or body.name == "world":
+            raise ModelError(
+                f"hydrodynamic body {name!r} cannot move: give it or a parent a joint, or remove "
+                "its coefficients"
+            )
+        body = body.parent
+    return body.joints[0]
+
+
+def _add_states(
+    spec: mujoco.MjSpec, prefix: str, law: float, body: str, number: int, count: int, what: str
 ) -> None:
-    """An actuator without force for every body with radiation memory: it holds the states."""
+    """An actuator without force that holds `count` states of a body, behind all others.
+
+    Raises:
+        ModelError: actuation is disabled.
+    """
+    option = spec.option
+    if option.disableflags & _DISABLE.mjDSBL_ACTUATION or (
+        option.disableactuator & 1 << _STATE_GROUP
+    ):
+        raise ModelError(
+            f"actuation, or the actuator group {_STATE_GROUP}, is disabled: the {what} of {body!r} "
+            "would stand still; enable it in <option>"
+        )
+    joint = _joint_of(spec, body)
+    joint.name = joint.name or prefix + body
+    spec.add_actuator(
+        name=prefix + body,
+        trntype=mujoco.mjtTrn.mjTRN_JOINT,
+        target=joint.name,
+        gear=np.zeros(6),
+        dyntype=mujoco.mjtDyn.mjDYN_USER,
+        dynprm=[law, number, *np.zeros(8)],
+        actdim=count,
+        gainprm=np.zeros(10),
+        ctrllimited=False,
+        group=_STATE_GROUP,
+    )
+
+
+def _add_all_states(
+    spec: mujoco.MjSpec,
+    bodies: Sequence[BodyCoefficients],
+    settings: Mapping[str, BodySettings],
+    environment: Environment,
+) -> None:
+    """Actuators for radiation memories, then for low-frequency places."""
     for actuator in list(spec.actuators):
-        if actuator.name.startswith(MEMORY_PREFIX):
+        if actuator.name.startswith((MEMORY_PREFIX, LOW_FREQUENCY_PREFIX)):
             spec.delete(actuator)
     for number, body in enumerate(bodies):
         memory = memory_of(body, settings.get(body.name, BodySettings()))
-        if memory is None or memory.states == 0:
-            continue
-        option = spec.option
-        if option.disableflags & _DISABLE.mjDSBL_ACTUATION or (
-            option.disableactuator & 1 << _MEMORY_GROUP
-        ):
-            raise ModelError(
-                f"actuation, or the actuator group {_MEMORY_GROUP}, is disabled: the radiation "
-                f"memory of {body.name!r} would stand still; enable it in <option>, or simulate "
-                "with radiation 'constant'"
-            )
-        joints = spec.body(body.name).joints
-        if not joints:
-            raise ModelError(
-                f"{body.name!r} has radiation memory but no joint of its own: give it a free "
-                "joint, or simulate it with radiation 'constant'"
-            )
-        joints[0].name = joints[0].name or MEMORY_PREFIX + body.name
-        spec.add_actuator(
-            name=MEMORY_PREFIX + body.name,
-            trntype=mujoco.mjtTrn.mjTRN_JOINT,
-            target=joints[0].name,
-            gear=np.zeros(6),
-            dyntype=mujoco.mjtDyn.mjDYN_USER,
-            dynprm=[t_.RADIATION_MEMORY, number, *np.zeros(8)],
-            actdim=memory.states,
-            gainprm=np.zeros(10),
-            ctrllimited=False,
-            group=_MEMORY_GROUP,
-        )
+        if memory is not None and memory.states:
+            if not spec.body(body.name).joints:
+                raise ModelError(
+                    f"{body.name!r} has radiation memory but no joint of its own: give it a free "
+                    "joint, or simulate it with radiation 'constant'"
+                )
+            law, count = t_.RADIATION_MEMORY, memory.states
+            what = "radiation memory (radiation 'constant' needs none)"
+            _add_states(spec, MEMORY_PREFIX, law, body.name, number, count, what)
+    for number, body in enumerate(bodies):
+        if follows_waves(body, settings.get(body.name, BodySettings()), environment.waves):
+            law, count = t_.LOW_FREQUENCY, t_.LF_STATES
+            what = "low-frequency place for wave loads"
+            _add_states(spec, LOW_FREQUENCY_PREFIX, law, body.name, number, count, what)
 
 
 def compile_spec(
@@ -205,7 +238,7 @@ def compile_spec(
             f"gravity of the model is {gravity:g} m/s2 but {environment.gravity:g} in the "
             "environment; allowed is the same in both"
         )
-    _add_memory(spec, bodies, chosen)
+    _add_all_states(spec, bodies, chosen, environment)
     # once for the addresses, once more with the table that needs them
     plain = spec.compile()
     _set_numeric(spec, pack_table(plain, bodies, environment, chosen))

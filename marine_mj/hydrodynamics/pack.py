@@ -11,9 +11,9 @@ from marine_mj.frames import Array
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.body_settings import BodySettings, memory_of, motion_of
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients
-from marine_mj.hydrodynamics.drift import Drift, drift_of
 from marine_mj.hydrodynamics.element_pack import free_root, pack_elements, start_pose
 from marine_mj.hydrodynamics.inertia import subtree_inertia
+from marine_mj.hydrodynamics.low_frequency import drift_in, filter_entries
 from marine_mj.hydrodynamics.panels import restoring_of, uses_panels
 from marine_mj.hydrodynamics.raos import radiation
 from marine_mj.hydrodynamics.shelter import shelter_block
@@ -177,9 +177,8 @@ def _record(
     p[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36] = added_mass.ravel()
     p[t_.B_LINEAR : t_.B_LINEAR + 36] = linear.ravel()
     p[t_.B_QUADRATIC : t_.B_QUADRATIC + 36] = quadratic.ravel()
-    drift: Drift = "none"  # calm water needs no database, panels have their own
-    if settings.drift or (len(environment.waves.omega) and not uses_panels(body, settings)):
-        drift = drift_of(body, settings.drift, motion)
+    drift = drift_in(body, settings, environment.waves)
+    p[t_.B_LOW_FREQUENCY : t_.B_REACH + 1] = filter_entries(model, body.name, environment)
     elements = pack_elements(
         model, table, body, index, environment, motion, drift, memory, settings, afloat
     )

@@ -83,9 +83,9 @@ def shelter_block(
     if not len(waves.omega):
         return 0
     x, y, z, field = read_field(database_path(database))
-    headings, strengths = by_heading(table, database, waves, "shelter")
+    headings, strengths, reference = by_heading(table, database, waves, "shelter")
     nodes = [len(x), len(y), len(z)]
     places, values = table.add(x, y, z), table.add(field)
     index = model.body(hull).id
     modes = field.shape[-1]
-    return table.add([index, modes, headings, *nodes, places, strengths, values])
+    return table.add([index, modes, headings, *nodes, places, strengths, values, reference])

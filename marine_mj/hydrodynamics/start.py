@@ -7,6 +7,7 @@ import numpy as np
 
 from marine_mj.frames import Array, quaternion_from_euler
 from marine_mj.hydrodynamics import table as t_
+from marine_mj.hydrodynamics.low_frequency import filter_state
 from marine_mj.hydrodynamics.memory_pack import memory_state
 from marine_mj.hydrodynamics.native import records, table_of
 from marine_mj.hydrodynamics.vector_fitting import Complex
@@ -70,8 +71,9 @@ def start_in_waves(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     Call it after a reset. Without it a body with prescribed motion jumps onto its path in the first
     step and throws away what touches it; a dynamic one starts at rest in waves that are there
     already, and drifts for as long as its small surge damping takes to forget that. Radiation
-    memory starts as if the body had moved so for long, and had lain in the current before. Nothing
-    happens on a model without such bodies.
+    memory starts as if the body had moved so for long, and had lain in the current before; the
+    low-frequency place of the wave loads is the one about which the body moves (without this call
+    it starts where the body is). Nothing happens on a model without such bodies.
     """
     table = table_of(model)
     step = 1e-4
@@ -89,6 +91,10 @@ def start_in_waves(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         states = memory_state(q, nu, waves, time)
         place = int(q[t_.MM_ADDRESS])
         data.act[place : place + len(states)] = states
+    for record in records(table):
+        place, q = int(record[t_.B_LOW_FREQUENCY]) - 1, paths.get(int(record[t_.B_BODY]))
+        if place >= 0 and q is not None:
+            data.act[place : place + t_.LF_STATES] = filter_state(q[0], q[1], q[3])
     for body, q in paths.items():
         joint = model.body_jntadr[body]
         address, dof = model.jnt_qposadr[joint], model.jnt_dofadr[joint]

@@ -59,13 +59,19 @@ B_ELEMENTS, B_ELEMENT_DATA = 21, 22
 B_ADDED_MASS, B_LINEAR, B_QUADRATIC = 24, 60, 96
 #: Offset of the shelter block of a body near another hull; 0: the water is that of the waves alone.
 B_SHELTER = 132
-B_FIXED_SIZE = 133
+#: Address of the low-frequency states in `data.act` plus 1 (0: none), cut-off frequency of their
+#: filter [rad/s], and the distance [m] from the body beyond which they start anew.
+B_LOW_FREQUENCY, B_CUTOFF, B_REACH = 133, 134, 135
+B_FIXED_SIZE = 136
+
+# states of the low-frequency place: 1 once they are set, then six for each of x, y and yaw
+LF_SET, LF_X, LF_ORDER, LF_STATES = 0, 1, 6, 19
 
 # shelter block: body of the hull that shelters, numbers of modes, headings and nodes along x, y, z,
 # where the nodes' places stand, one axis behind the other, the strengths of the modes in m/s
-# (headings, modes, 2, components), and the modes (x, y, z, axis, mode)
+# (headings, modes, 2, components), the modes (x, y, z, axis, mode), the yaw of the first heading
 (SH_HULL, SH_MODES, SH_HEADINGS, SH_NODES) = range(4)
-(SH_PLACES, SH_STRENGTHS, SH_FIELD, SH_SIZE) = range(6, 10)
+(SH_PLACES, SH_STRENGTHS, SH_FIELD, SH_REFERENCE, SH_SIZE) = range(6, 11)
 MAX_SHELTER_MODES = 32
 
 # elements: force laws that only some bodies have. Each starts with its kind and its length.
@@ -120,3 +126,4 @@ REPORT_SIZE = 6 * len(CAUSES) + 36 * INERTIAS
 # laws of user activations (first entry of actuator_dynprm)
 RATE_LIMITED_LAG = 1.0
 RADIATION_MEMORY = 2.0  # second entry: number of the body's record
+LOW_FREQUENCY = 3.0  # second entry: number of the body's record

@@ -9,6 +9,7 @@ from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.kernels.body import body_loads
 from marine_mj.hydrodynamics.kernels.contacts import contact_sums
 from marine_mj.hydrodynamics.kernels.equations import apply_loads
+from marine_mj.hydrodynamics.kernels.low_frequency import low_frequency_rates
 from marine_mj.hydrodynamics.kernels.memory import (
     advance,
     field,
@@ -112,7 +113,8 @@ def _compile(source: int):
         """mjcb_act_dyn: rate of the activation of a `dyntype="user"` actuator.
 
         dynprm: [law, ...]. Law 1 is a first-order lag with rate limits: [1, time constant, fastest
-        fall, fastest rise]. Law 2, radiation memory, writes its many rates itself: [2, record].
+        fall, fastest rise]. Laws 2, radiation memory, and 3, low-frequency place, write their many
+        rates themselves: [2 or 3, record].
         """
         if source == 0:
             return 0.0
@@ -121,11 +123,14 @@ def _compile(source: int):
             act = floats(data, _ACT)[ints(model, _ACT_ADDRESS)[actuator]]
             rate = (floats(data, _CTRL)[actuator] - act) / prm[1]
             return min(max(rate, prm[2]), prm[3])
-        if prm[0] == t_.RADIATION_MEMORY:
+        if prm[0] == t_.RADIATION_MEMORY or prm[0] == t_.LOW_FREQUENCY:
             address = _table_address(model)
             if address >= 0:
                 table = advance(floats(model, _NUMERIC_DATA), address)
-                memory_rates(model, data, table, int(prm[1]), float_value(data, _TIME))
+                if prm[0] == t_.RADIATION_MEMORY:
+                    memory_rates(model, data, table, int(prm[1]), float_value(data, _TIME))
+                else:
+                    low_frequency_rates(model, data, table, int(prm[1]))
         return 0.0
 
     @cfunc(types.void(types.voidptr, types.voidptr, types.int32), cache=True)

@@ -5,19 +5,11 @@ import math
 from numba import njit
 
 from marine_mj.hydrodynamics import table as t_
+from marine_mj.hydrodynamics.kernels.headings import heading_rows
 from marine_mj.hydrodynamics.kernels.memory import advance, scratch
 from marine_mj.hydrodynamics.kernels.water import FAST, component, phasors
 
 _WAVES = t_.MAX_WAVES
-
-
-@njit
-def _cubic_weights(s, w):
-    """Weights w (4) of the values at -1, 0, 1, 2 for the cubic through them at s in [0, 1]."""
-    w[0] = -s * (s - 1.0) * (s - 2.0) / 6.0
-    w[1] = (s + 1.0) * (s - 1.0) * (s - 2.0) / 2.0
-    w[2] = -(s + 1.0) * s * (s - 2.0) / 2.0
-    w[3] = (s + 1.0) * s * (s - 1.0) / 6.0
 
 
 @njit(fastmath=FAST)
@@ -32,42 +24,39 @@ def _sum(values, cosine, sine, n, out):
 
 
 @njit
-def drift(table, q, R, x, y, time, f):
+def drift(table, q, R, place, time, f):
     """Wave drift in surge, sway and yaw, by mean drift coefficients of the single components.
 
-    With theta_i the phase of component i at the body origin, Newman's approximation in its form
-    with the arithmetic mean (Newman 1974; Faltinsen 1990, Sea Loads, eq. 5.42-5.45) is
+    With theta_i the phase of component i at the low-frequency place, Newman's approximation in its
+    form with the arithmetic mean (Newman 1974; Faltinsen 1990, Sea Loads, eq. 5.42-5.45) is
 
         F = sum_ij a_i a_j (T_i + T_j) / 2 cos(theta_i - theta_j) = Re(conj(S_0) S_1),
         S_0 = sum a e^(i theta),  S_1 = sum a T e^(i theta):
 
     two sums instead of a double one, and no sum frequencies. The mean part is sum a^2 T. Forces
-    lie in the horizontal plane along the heading, the moment is about the vertical through the
-    body origin.
+    lie in the horizontal plane along the low-frequency heading, the moment is about the vertical
+    through the body origin.
 
-    q: mode (`DRIFT_MODES`), number of headings H, offset of a T [N/m, N m/m] (H, 3, components),
-    or of sum a^2 T [N, N m] (H, 3) for the mean alone, at the headings 2 pi h / H (NWU yaw), cubic
-    between them.
+    place (3): x, y and yaw, see `low_frequency_place`. q: mode (`DRIFT_MODES`), number of headings
+    H, offset of a T [N/m, N m/m] (H, 3, components), or of sum a^2 T [N, N m] (H, 3) for the mean
+    alone, yaw of the first heading; cubic between headings.
     """
     n = int(table[t_.E_WAVES])
     headings = int(q[1])
-    heading = math.atan2(R[3], R[0])
-    place = heading / (2.0 * math.pi) * headings
-    lower = math.floor(place)
     small = scratch(12)
     weights, total, first, push = small, advance(small, 4), advance(small, 6), advance(small, 8)
-    _cubic_weights(place - lower, weights)
+    row_before = heading_rows(place[2], q[3], headings, weights)
     for i in range(3):
         push[i] = 0.0
     slow = q[0] == 1.0
     width = n if slow else 1
     cosine, sine = scratch(_WAVES), scratch(_WAVES)
     if slow:
-        phasors(table, x, y, time, cosine, sine)
+        phasors(table, place[0], place[1], time, cosine, sine)
         _sum(component(table, t_.W_AMPLITUDE), cosine, sine, n, total)
     for side in range(4):
         if abs(weights[side]) > 0.0:  # false for NaN
-            row = (int(lower) + side - 1) % headings
+            row = (row_before + side) % headings
             data = advance(table, int(q[2]) + row * 3 * width)
             for i in range(3):
                 if slow:
@@ -76,7 +65,7 @@ def drift(table, q, R, x, y, time, f):
                 else:
                     value = data[i]
                 push[i] += weights[side] * value
-    c, s = math.cos(heading), math.sin(heading)
+    c, s = math.cos(place[2]), math.sin(place[2])
     surge, sway = c * push[0] - s * push[1], s * push[0] + c * push[1]
     for i in range(3):
         f[i] += R[i] * surge + R[3 + i] * sway

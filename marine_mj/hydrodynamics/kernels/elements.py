@@ -13,6 +13,8 @@ from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.kernels.drift import drift
 from marine_mj.hydrodynamics.kernels.equations import runge_kutta
 from marine_mj.hydrodynamics.kernels.functions import sin_cos
+from marine_mj.hydrodynamics.kernels.headings import heading_rows
+from marine_mj.hydrodynamics.kernels.low_frequency import low_frequency_place
 from marine_mj.hydrodynamics.kernels.memory import (
     advance,
     field,
@@ -82,31 +84,39 @@ def _phasor_sum(real, imaginary, cosine, sine, n):
 
 
 @njit
-def excitation(table, q, R, x, y, time, f):
+def excitation(table, q, R, place, time, f):
     """Wave-exciting wrench of a floating body from its force RAOs.
 
-    q: path (5, where a run starts, not used here), number of headings H, offset of
-    (H, 6, 2, components): complex force per component for the headings 2 pi h / H (NWU yaw), level
-    axes, phase taken at the body origin.
+    place (3): x, y and yaw, see `low_frequency_place`; the forces lie in level axes turned by that
+    yaw. q: path (5, where a run starts, not used here), number of headings H, offset of (H, 6, 2,
+    components): complex force per component, level axes, phase taken at the body origin; yaw of
+    the first heading. Cubic between headings.
     """
     n = int(table[t_.E_WAVES])
     if n == 0:
         return
     work = scratch(_PHASORS)
     cosine, sine = work, advance(work, _WAVES)
-    phasors(table, x, y, time, cosine, sine)
+    phasors(table, place[0], place[1], time, cosine, sine)
+    small = scratch(13)
+    weights, total, turned = small, advance(small, 4), advance(small, 10)
     headings = int(q[5])
-    place = math.atan2(R[3], R[0]) / (2.0 * math.pi) * headings
-    lower = math.floor(place)
-    fraction = place - lower
-    for side in range(2):
-        share = fraction if side == 1 else 1.0 - fraction
-        if share > 0.0:
-            heading = (int(lower) + side) % headings
-            data = advance(table, int(q[6]) + heading * 12 * n)
-            for i in range(6):
-                real = advance(data, 2 * i * n)
-                f[i] += share * _phasor_sum(real, advance(real, n), cosine, sine, n)
+    first = heading_rows(place[2], q[7], headings, weights)
+    for i in range(6):
+        total[i] = 0.0
+    for side in range(4):
+        if not abs(weights[side]) > 0.0:  # true for NaN
+            continue
+        data = advance(table, int(q[6]) + (first + side) % headings * 12 * n)
+        for i in range(6):
+            real = advance(data, 2 * i * n)
+            total[i] += weights[side] * _phasor_sum(real, advance(real, n), cosine, sine, n)
+    c, s = math.cos(place[2]), math.sin(place[2])
+    for half in range(2):
+        w, out = advance(total, 3 * half), advance(f, 3 * half)
+        _rotate_to_body(R, c * w[0] - s * w[1], s * w[0] + c * w[1], w[2], turned)
+        for i in range(3):
+            out[i] += turned[i]
 
 
 @njit
@@ -294,14 +304,16 @@ def apply(model, data, table, record, body, R, nu, flow, time, f, inertia):
     own = advance(floats(data, _XMAT), 9 * body)
     x = advance(floats(data, _XPOS), 3 * body)
     count = int(record[t_.B_ELEMENTS])
-    place = int(record[t_.B_ELEMENT_DATA])
+    start = int(record[t_.B_ELEMENT_DATA])
+    place = scratch(3)
+    low_frequency_place(data, record, x, own, place)
     for _ in range(count):
-        kind = table[place + t_.EL_KIND]
-        q = advance(table, place + t_.EL_DATA)
+        kind = table[start + t_.EL_KIND]
+        q = advance(table, start + t_.EL_DATA)
         if kind == t_.RESTORING:
             restoring(q, own, R, x[2], advance(f, 6 * t_.C_RESTORING))
         elif kind == t_.EXCITATION:
-            excitation(table, q, R, x[0], x[1], time, advance(f, 6 * t_.C_WAVES))
+            excitation(table, q, R, place, time, advance(f, 6 * t_.C_WAVES))
         elif kind == t_.PRESCRIBED:
             force = advance(f, 6 * t_.C_PRESCRIBED)
             matrix = advance(inertia, 36 * t_.M_PRESCRIBED)
@@ -315,11 +327,11 @@ def apply(model, data, table, record, body, R, nu, flow, time, f, inertia):
         elif kind == t_.THRUSTERS:
             thrust_loss(data, q, own, R, flow, advance(f, 6 * t_.C_THRUST_LOSS))
         elif kind == t_.DRIFT:
-            drift(table, q, R, x[0], x[1], time, advance(f, 6 * t_.C_WAVES))
+            drift(table, q, R, place, time, advance(f, 6 * t_.C_WAVES))
         elif kind == t_.MEMORY:
             force = advance(f, 6 * t_.C_RADIATION)
             memory(model, data, table, record, q, R, nu, time, force)
         elif kind == t_.PANELS:
             still, waves = advance(f, 6 * t_.C_RESTORING), advance(f, 6 * t_.C_WAVES)
             panels(table, q, own, R, x, time, still, waves)
-        place += int(table[place + t_.EL_SIZE])
+        start += int(table[start + t_.EL_SIZE])

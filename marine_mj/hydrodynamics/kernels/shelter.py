@@ -10,6 +10,7 @@ import math
 from numba import njit
 
 from marine_mj.hydrodynamics import table as t_
+from marine_mj.hydrodynamics.kernels.headings import heading_rows
 from marine_mj.hydrodynamics.kernels.memory import advance, field, floats, scratch
 from marine_mj.hydrodynamics.kernels.water import FAST, POINT, component, phasors
 
@@ -32,27 +33,26 @@ def _sums(real, imaginary, omega, cosine, sine, n, out):
 
 @njit
 def _strengths(table, q, x, y, yaw, time, value, rate):
-    """Strength of every mode [m/s] and its rate [m/s2], linear between the tabulated headings."""
+    """Strength of every mode [m/s] and its rate [m/s2], cubic between the tabulated headings."""
     n, modes = int(table[t_.E_WAVES]), int(q[t_.SH_MODES])
     cosine, sine, out = scratch(_WAVES), scratch(_WAVES), scratch(2)
     phasors(table, x, y, time, cosine, sine)
     omega = component(table, t_.W_OMEGA)
-    headings = int(q[t_.SH_HEADINGS])
-    place = yaw / (2.0 * math.pi) * headings
-    lower = math.floor(place)
+    headings, weights = int(q[t_.SH_HEADINGS]), scratch(4)
+    first = heading_rows(yaw, q[t_.SH_REFERENCE], headings, weights)
     for m in range(modes):
         value[m] = 0.0
         rate[m] = 0.0
-    for side in range(2):
-        share = place - lower if side == 1 else 1.0 - (place - lower)
-        if share > 0.0:
-            heading = (int(lower) + side) % headings
-            data = advance(table, int(q[t_.SH_STRENGTHS]) + heading * modes * 2 * n)
-            for m in range(modes):
-                real = advance(data, 2 * m * n)
-                _sums(real, advance(real, n), omega, cosine, sine, n, out)
-                value[m] += share * out[0]
-                rate[m] += share * out[1]
+    for side in range(4):
+        if weights[side] == 0.0:
+            continue
+        heading = (first + side) % headings
+        data = advance(table, int(q[t_.SH_STRENGTHS]) + heading * modes * 2 * n)
+        for m in range(modes):
+            real = advance(data, 2 * m * n)
+            _sums(real, advance(real, n), omega, cosine, sine, n, out)
+            value[m] += weights[side] * out[0]
+            rate[m] += weights[side] * out[1]
 
 
 @njit
