@@ -190,7 +190,7 @@ def _add_all_states(
                     "joint, or simulate it with radiation 'constant'"
                 )
             law, count = t_.RADIATION_MEMORY, memory.states
-            what = "radiation memory (radiation 'constant' needs none)"
+            what = "radiation memory"
             _add_states(spec, MEMORY_PREFIX, law, body.name, number, count, what)
     for number, body in enumerate(bodies):
         if follows_waves(body, settings.get(body.name, BodySettings()), environment.waves):

@@ -85,9 +85,15 @@ def _sorted(waves: WaveField) -> tuple[Array, Array]:
     return waves.omega[order], waves.wavenumber[order]
 
 
-def filter_state(x: float, y: float, yaw: float) -> Array:
-    """States (LF_STATES,) of a filter whose body has long lain at x, y [m], yaw [rad], NWU."""
+def filter_state(place: Array, speed: Array) -> Array:
+    """States (LF_STATES,) of a filter whose body has moved so for long.
+
+    Args:
+        place: (3,) x, y [m] and yaw [rad], NWU.
+        speed: (3,) their rates [m/s, m/s, rad/s].
+    """
     states = np.zeros(t_.LF_STATES)
     states[t_.LF_SET] = 1.0
-    states[t_.LF_X :: t_.LF_ORDER] = x, y, yaw
+    states[t_.LF_X :: t_.LF_ORDER] = place
+    states[t_.LF_X + 1 :: t_.LF_ORDER] = speed
     return states

@@ -68,42 +68,55 @@ def _yaw(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> float:
 def start_in_waves(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Give every floating body with RAOs the pose and velocity of its steady motion at `data.time`.
 
-    Call it after a reset. Without it a body with prescribed motion jumps onto its path in the first
-    step and throws away what touches it; a dynamic one starts at rest in waves that are there
-    already, and drifts for as long as its small surge damping takes to forget that. Radiation
-    memory starts as if the body had moved so for long, and had lain in the current before; the
-    low-frequency place of the wave loads is the one about which the body moves (without this call
-    it starts where the body is). Nothing happens on a model without such bodies.
+    Call it once after a reset. Without it a body with prescribed motion jumps onto its path in the
+    first step and throws away what touches it; a dynamic one starts at rest in waves that are there
+    already, and drifts for as long as its small surge damping takes to forget that. A dynamic body
+    moves about its pose at qpos0 and about the velocity that it has in `data`. Radiation memory
+    starts as if the body had moved so for long; the low-frequency place of the wave loads is the
+    one about which the body moves (without this call it starts where the body is). Nothing happens
+    on a model without such bodies.
     """
     table = table_of(model)
-    step = 1e-4
+    prescribed = {body for body, _ in _elements(table, t_.PRESCRIBED)}
     paths = dict(_elements(table, t_.PRESCRIBED, t_.EXCITATION))
+    mean = {}
+    for body in paths:
+        dof = model.jnt_dofadr[model.body_jntadr[body]]
+        mean[body] = np.zeros(6) if body in prescribed else data.qvel[dof : dof + 6].copy()
     # the semi-implicit integrators are one step ahead of the states (kernels.radiation)
     rk4 = model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4
     for body, q in _elements(table, t_.MEMORY):
         path = paths.get(body)
         yaw = _yaw(model, data, body) if path is None else path[3]
         c, s = np.cos(yaw), np.sin(yaw)
-        flow = _current(table, 0.0, data.time)
-        nu = -np.array([c * flow[0] + s * flow[1], c * flow[1] - s * flow[0], flow[2], 0, 0, 0])
+        u, v, w = mean.get(body, np.zeros(6))[:3] - _current(table, 0.0, data.time)
+        nu = np.array([c * u + s * v, c * v - s * u, w, 0, 0, 0])
         time = data.time - (0.0 if rk4 else model.opt.timestep)
         waves = None if path is None else _amplitudes(table, path)
         states = memory_state(q, nu, waves, time)
         place = int(q[t_.MM_ADDRESS])
         data.act[place : place + len(states)] = states
     for record in records(table):
-        place, q = int(record[t_.B_LOW_FREQUENCY]) - 1, paths.get(int(record[t_.B_BODY]))
-        if place >= 0 and q is not None:
-            data.act[place : place + t_.LF_STATES] = filter_state(q[0], q[1], q[3])
+        place, body = int(record[t_.B_LOW_FREQUENCY]) - 1, int(record[t_.B_BODY])
+        if place >= 0 and body in paths:
+            pose = paths[body][[0, 1, 3]]
+            data.act[place : place + t_.LF_STATES] = filter_state(pose, mean[body][[0, 1, 5]])
     for body, q in paths.items():
-        joint = model.body_jntadr[body]
-        address, dof = model.jnt_qposadr[joint], model.jnt_dofadr[joint]
-        position, quaternion = wave_pose(table, q, data.time)
-        before = wave_pose(table, q, data.time - step)
-        after = wave_pose(table, q, data.time + step)
-        data.qpos[address : address + 3] = position
-        data.qpos[address + 3 : address + 7] = quaternion
-        data.qvel[dof : dof + 3] = (after[0] - before[0]) / (2 * step)
-        turn = np.zeros(3)
-        mujoco.mju_subQuat(turn, after[1], before[1])
-        data.qvel[dof + 3 : dof + 6] = turn / (2 * step)
+        _set_motion(model, data, body, table, q, mean[body])
+
+
+def _set_motion(
+    model: mujoco.MjModel, data: mujoco.MjData, body: int, table: Array, q: Array, mean: Array
+) -> None:
+    """Write pose and velocity of a body's wave motion about a mean velocity (6,)."""
+    step, joint = 1e-4, model.body_jntadr[body]
+    address, dof = model.jnt_qposadr[joint], model.jnt_dofadr[joint]
+    position, quaternion = wave_pose(table, q, data.time)
+    before = wave_pose(table, q, data.time - step)
+    after = wave_pose(table, q, data.time + step)
+    data.qpos[address : address + 3] = position
+    data.qpos[address + 3 : address + 7] = quaternion
+    data.qvel[dof : dof + 3] = mean[:3] + (after[0] - before[0]) / (2 * step)
+    turn = np.zeros(3)
+    mujoco.mju_subQuat(turn, after[1], before[1])
+    data.qvel[dof + 3 : dof + 6] = mean[3:] + turn / (2 * step)

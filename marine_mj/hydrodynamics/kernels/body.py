@@ -12,6 +12,7 @@ from marine_mj.hydrodynamics.kernels.equations import (
     relative_velocity,
     turn_rate,
 )
+from marine_mj.hydrodynamics.kernels.low_frequency import low_frequency_velocity
 from marine_mj.hydrodynamics.kernels.memory import advance, field, floats, scratch
 from marine_mj.hydrodynamics.kernels.shelter import shelter
 from marine_mj.hydrodynamics.kernels.water import (
@@ -23,6 +24,7 @@ from marine_mj.hydrodynamics.kernels.water import (
 )
 
 _XPOS = field("d", "xpos")
+_XMAT = field("d", "xmat")
 _CAUSES = 6 * len(t_.CAUSES)
 _INERTIAS = 36 * t_.INERTIAS
 _STRIPS = t_.MAX_STRIPS
@@ -118,14 +120,14 @@ def _water_at_body(data, table, p, R, x, time, points, wet, nu_w, acc_w):
 
 
 @njit
-def _added_mass_loads(A, nu, nu_r, flow, spin, acc_w, f):
+def _added_mass_loads(A, nu, nu_r, spin, acc_w, f):
     """Everything of added mass but -M_A nu_dot: C_A(nu_r) nu_r and the water's acceleration.
 
     Kirchhoff's equations in axes that turn with `spin` (Fossen 2021, eq. 6.50, and Lamb 1932,
-    art. 124); the Munk moment from `flow`, the velocity (3) relative to the water particles.
+    art. 124), without the Munk moment `v x (A nu)`.
     """
-    small = scratch(15)
-    p, a, m = small, advance(small, 6), advance(small, 12)
+    small = scratch(12)
+    p, a = small, advance(small, 6)
     wx, wy, wz = spin[0], spin[1], spin[2]
     # acceleration of the water seen from the turning axes: R^T Dv/Dt - omega x v_w
     ux, uy, uz = nu[0] - nu_r[0], nu[1] - nu_r[1], nu[2] - nu_r[2]
@@ -140,15 +142,42 @@ def _added_mass_loads(A, nu, nu_r, flow, spin, acc_w, f):
             p[i] += A[6 * i + j] * nu_r[j]
             force += A[6 * i + j] * a[j]
         f[i] += force
-    for i in range(3):
-        m[i] = A[6 * i] * flow[0] + A[6 * i + 1] * flow[1] + A[6 * i + 2] * flow[2]
-        m[i] += A[6 * i + 3] * nu_r[3] + A[6 * i + 4] * nu_r[4] + A[6 * i + 5] * nu_r[5]
     f[0] -= wy * p[2] - wz * p[1]
     f[1] -= wz * p[0] - wx * p[2]
     f[2] -= wx * p[1] - wy * p[0]
-    f[3] -= wy * p[5] - wz * p[4] + flow[1] * m[2] - flow[2] * m[1]
-    f[4] -= wz * p[3] - wx * p[5] + flow[2] * m[0] - flow[0] * m[2]
-    f[5] -= wx * p[4] - wy * p[3] + flow[0] * m[1] - flow[1] * m[0]
+    f[3] -= wy * p[5] - wz * p[4]
+    f[4] -= wz * p[3] - wx * p[5]
+    f[5] -= wx * p[4] - wy * p[3]
+
+
+@njit
+def _munk_moment(A, flow, spin, f):
+    """Munk moment of a submerged body: f -= v x (A nu) (Lamb 1932, art. 124).
+
+    flow (3): velocity relative to the water particles, spin (3): angular velocity.
+    """
+    m = scratch(3)
+    for i in range(3):
+        m[i] = A[6 * i] * flow[0] + A[6 * i + 1] * flow[1] + A[6 * i + 2] * flow[2]
+        m[i] += A[6 * i + 3] * spin[0] + A[6 * i + 4] * spin[1] + A[6 * i + 5] * spin[2]
+    f[3] -= flow[1] * m[2] - flow[2] * m[1]
+    f[4] -= flow[2] * m[0] - flow[0] * m[2]
+    f[5] -= flow[0] * m[1] - flow[1] * m[0]
+
+
+@njit
+def _slow_munk_moment(data, p, x, A, R, nu, nu_r, f):
+    """Munk moment of a hull whose waves come from RAOs: about the vertical, of its slow motion.
+
+    What products of first-order motions push is in the drift coefficients already, and a database
+    of zero speed has no part of them in heave and pitch.
+    """
+    slow = scratch(3)
+    own = advance(floats(data, _XMAT), 9 * int(p[t_.B_BODY]))
+    low_frequency_velocity(data, p, x, own, R, nu, slow)
+    # the water moves as nu - nu_r: the current
+    u, v, r = slow[0] - nu[0] + nu_r[0], slow[1] - nu[1] + nu_r[1], slow[2]
+    f[5] -= u * (A[6] * u + A[7] * v + A[11] * r) - v * (A[0] * u + A[1] * v + A[5] * r)
 
 
 @njit
@@ -243,7 +272,11 @@ def body_loads(model, data, table, p, time, R, nu, f, inertia):
     A = advance(p, t_.B_ADDED_MASS)
     for i in range(36):
         inertia[i] = A[i]
-    _added_mass_loads(A, nu, nu_r, flow, spin, acc_w, f)
+    _added_mass_loads(A, nu, nu_r, spin, acc_w, f)
+    if p[t_.B_SEAKEEPING] > 0.0:
+        _slow_munk_moment(data, p, x, A, R, nu, nu_r, f)
+    else:
+        _munk_moment(A, flow, advance(nu_r, 3), f)
     _damping_loads(p, nu, nu_r, flow, points, wet, mean_wet, advance(f, 6 * t_.C_DAMPING))
     buoyancy, waves = advance(f, 6 * t_.C_RESTORING), advance(f, 6 * t_.C_WAVES)
     _displacement_loads(table, p, R, points, wet, buoyancy, waves)

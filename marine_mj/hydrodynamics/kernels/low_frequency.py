@@ -2,13 +2,17 @@
 
 A first-order load taken at the oscillating position has the mean `1/2 Re(i F conj(k . X))`, which
 is no drift force of the water: the drift coefficients are the total. Wave loads therefore follow
-place and yaw behind a filter that the wave motion does not pass. The filter is of sixth order with
-all poles at the cut-off w_c and of type 3 (the numerator has the last three terms of the
+place and yaw behind filters that the wave motion does not pass. Those of the place are of sixth
+order with all poles at the cut-off w_c and of type 3 (the numerator has the last three terms of the
 denominator), so that constant speed and acceleration leave no lag:
 
     H(s) = (15 w_c^4 s^2 + 6 w_c^5 s + w_c^6) / (s + w_c)^6.
 
-Its states are activations: 1 once the filter runs, then six for each of x, y and yaw. Where they
+That of the yaw is of type 2 (without the term s^2; no lag at a constant rate of turn): it passes 25
+times less at the wave's frequency, where a yaw that is let pass turns a large sway force into a
+mean surge force, and overshoots less, which keeps weathervaning stable.
+
+The states are activations: 1 once the filter runs, then six for each of x, y and yaw. Where they
 are 0, as after a reset, or far from the body, as after a jump, loads are taken at the body's own
 place, and the states are set to it in the next step.
 """
@@ -28,10 +32,6 @@ _XMAT = field("d", "xmat")
 _TIMESTEP = field("m", "opt.timestep")
 #: Largest distance [rad] between the yaw and that of the filter.
 _FARTHEST_YAW = 1.0
-#: Cut-off of the yaw over that of the place (ours). Loads turn with the filter's yaw, so what it
-#: lets pass of the yaw motion turns a large sway force into a mean surge force; a yaw that is late
-#: by some degrees in a turn does little.
-_YAW_CUTOFF = 0.5
 
 
 @njit
@@ -75,6 +75,28 @@ def low_frequency_place(data, p, x, own, place):
 
 
 @njit
+def low_frequency_velocity(data, p, x, own, R, nu, slow):
+    """Fill slow (3) with surge and sway [m/s] and yaw rate [rad/s] without the wave motion.
+
+    In the level axes R of the loads; nu (6): twist of the body in them, which stands where the
+    filter does not run.
+    """
+    slow[0], slow[1], slow[2] = nu[0], nu[1], nu[5]
+    address = int(p[t_.B_LOW_FREQUENCY]) - 1
+    if address < 0:
+        return
+    z = advance(floats(data, _ACT), address)
+    if not _runs(z, p, x[0], x[1], math.atan2(own[3], own[0])):
+        return
+    first, second = advance(z, t_.LF_X), advance(z, t_.LF_X + t_.LF_ORDER)
+    vx, vy = first[1] + 15.0 * first[3], second[1] + 15.0 * second[3]
+    slow[0] = R[0] * vx + R[3] * vy
+    slow[1] = R[1] * vx + R[4] * vy
+    turn = advance(z, t_.LF_X + 2 * t_.LF_ORDER)
+    slow[2] = turn[1] + 6.0 * turn[2]
+
+
+@njit
 def _body_rates(data, p, own, rates):
     """rates (3): velocity of the body origin along world x, y [m/s], and yaw rate [rad/s]."""
     R, nu = scratch(9), scratch(6)
@@ -114,22 +136,26 @@ def low_frequency_rates(model, data, table, number):
     if not _runs(z, p, place[0], place[1], place[2]):
         _restart(model, data, p, own, z, place, out)
         return
+    w = p[t_.B_CUTOFF]
     out[t_.LF_SET] = 0.0
-    for i in range(3):
-        w = p[t_.B_CUTOFF] * (_YAW_CUTOFF if i == 2 else 1.0)
+    # place, speed (and acceleration) are driven by g, the error behind the remaining poles; g and
+    # its derivatives by w_c, w_c^2 ... are in m/s or rad/s
+    for i in range(2):
         s = advance(z, t_.LF_X + i * t_.LF_ORDER)
         rate = advance(out, t_.LF_X + i * t_.LF_ORDER)
-        error = place[i] - s[0]
-        if i == 2:
-            error = wrapped(error)
-        # place, speed and acceleration are driven by g, the error behind three of the poles; g and
-        # its derivatives by w_c and w_c^2 are in m/s
         rate[0] = s[1] + 15.0 * s[3]
         rate[1] = s[2] + 6.0 * w * s[3]
         rate[2] = w * w * s[3]
         rate[3] = w * s[4]
         rate[4] = w * s[5]
-        rate[5] = w * (w * error - 6.0 * s[5] - 15.0 * s[4] - 20.0 * s[3])
+        rate[5] = w * (w * (place[i] - s[0]) - 6.0 * s[5] - 15.0 * s[4] - 20.0 * s[3])
+    s, rate = advance(z, t_.LF_X + 2 * t_.LF_ORDER), advance(out, t_.LF_X + 2 * t_.LF_ORDER)
+    rate[0] = s[1] + 6.0 * s[2]
+    rate[1] = w * s[2]
+    for k in range(2, 5):
+        rate[k] = w * s[k + 1]
+    turn = wrapped(place[2] - s[0])
+    rate[5] = w * (w * turn - 6.0 * s[5] - 15.0 * s[4] - 20.0 * s[3] - 15.0 * s[2])
 
 
 @njit
