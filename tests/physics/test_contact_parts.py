@@ -211,7 +211,7 @@ def test_change_of_added_mass_converts_again():
 
 
 def test_pairs_have_what_mujoco_gives_two_geoms(rng):
-    """Random priorities, mixes, friction, references and margins: equal to a contact without pair."""
+    """Random priorities, mixes, friction, references, margins: equal to a contact without pair."""
 
     def geom():
         low = rng.random() < 0.3
@@ -263,7 +263,7 @@ def test_docks_state_their_stiffness_under_every_prefix():
 
 
 def test_geoms_of_bodies_with_a_part_are_looked_for_once():
-    """Forbidden tips without a stiffness keep their contacts when the bodies' pairs are explicit."""
+    """Forbidden tips without a stiffness keep their contacts when pairs are explicit."""
     model = compile_scene(Scenario.load("docking_demo"), visual=False).model
     names = {
         frozenset((model.geom(a).name, model.geom(b).name))
