@@ -6,7 +6,8 @@ from fnmatch import fnmatchcase
 import mujoco
 
 from marine_mj.hydrodynamics.contact_laws import contact_time, deepest, peak_force
-from marine_mj.hydrodynamics.contact_parts import ContactPart, accurate_step, contact_parts
+from marine_mj.hydrodynamics.contact_pairs import accurate_step
+from marine_mj.hydrodynamics.contact_parts import ContactPart, contact_parts
 
 #: The nominal hit: a free mass, kg, that arrives at a speed, m/s, squarely.
 NOMINAL_MASS, NOMINAL_SPEED = 100.0, 0.5

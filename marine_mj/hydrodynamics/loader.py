@@ -14,7 +14,7 @@ from marine_mj.frames import Array
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.body_settings import BodySettings, memory_of
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
-from marine_mj.hydrodynamics.contact_parts import (
+from marine_mj.hydrodynamics.contact_pairs import (
     add_contact_pairs,
     check_contact_step,
     compile_dry,

@@ -10,7 +10,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from marine_mj.hydrodynamics.contact_parts import compile_dry
+from marine_mj.hydrodynamics.contact_pairs import compile_dry
 
 MODELS = Path(__file__).parents[2] / "models"
 DAMPING = np.array([60.0, 120.0, 120.0, 2.0, 30.0, 30.0])  # N s/m, N m s; body axes

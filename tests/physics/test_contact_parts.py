@@ -11,7 +11,7 @@ from marine_mj.environment import Environment
 from marine_mj.errors import MarineMjWarning, ModelError
 from marine_mj.hydrodynamics import check_model, read_coefficients, write_environment
 from marine_mj.hydrodynamics.contact_laws import deepest, peak_force
-from marine_mj.hydrodynamics.contact_parts import _shared, accurate_step, contact_pairs
+from marine_mj.hydrodynamics.contact_pairs import _shared, accurate_step, contact_pairs
 from marine_mj.scenario import Scenario
 from marine_mj.scene import compile_scene
 
