@@ -7,6 +7,10 @@ class MarineMjError(Exception):
     """Base of every error that marine_mj raises on purpose."""
 
 
+class MarineMjWarning(UserWarning):
+    """Something works, but not as well as it should: what, by how much, and the cure."""
+
+
 class ModelError(MarineMjError):
     """A vehicle, scene or its coefficients cannot be simulated as given."""
 

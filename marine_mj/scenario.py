@@ -168,6 +168,8 @@ class Vehicle(Settings):
         radiation: of a "dynamic" vehicle: "memory" of the water (Cummins' equation), or "constant"
             added mass and damping; left out: "memory" if its wave database has what that needs.
         dock: name of the dock folder that the vehicle carries at its site `dock_mount`.
+        dock_stiffness: factor on the stiffness of the dock's contact parts, 1; their damping ratios
+            stay.
         actuation: "thrusters" of the model, or an ideal "wrench" at the body origin.
         wrench_low_frd, wrench_high_frd: limits of the ideal wrench, N and N m, FRD.
         planar: keep the vehicle in its vertical plane: north, down and pitch only.
@@ -198,6 +200,7 @@ class Vehicle(Settings):
     motion: Literal["free", "rao", "dynamic", "fixed"] | None = None
     radiation: Literal["memory", "constant"] | None = None
     dock: str | None = None
+    dock_stiffness: Positive = 1.0
     actuation: Literal["thrusters", "wrench"] = "thrusters"
     wrench_low_frd: Vector6 = _WRENCH_LOW
     wrench_high_frd: Vector6 = _WRENCH_HIGH
@@ -241,8 +244,8 @@ class Scenario(SettingsFile):
         log_period: between two log entries, s, a multiple of `control_period`.
         integrator: of MuJoCo.
         contact: whether bodies collide.
-        friction_cone: of the contacts; "elliptic" where the force on a body squeezed from two
-            sides counts (docs/docks.md).
+        friction_cone: of the contacts; "pyramidal" is replaced by "elliptic" where contact parts
+            state a stiffness (docs/docks.md).
         sea, current, wind: the environment.
         water_density: kg/m3.
         vehicles: tables by instance name, in the order in which they are attached.
@@ -260,7 +263,7 @@ class Scenario(SettingsFile):
     log_period: Positive = 0.05
     integrator: Literal["implicitfast", "implicit", "Euler", "RK4"] = "implicitfast"
     contact: bool = True
-    friction_cone: Literal["pyramidal", "elliptic"] = "pyramidal"
+    friction_cone: Literal["pyramidal", "elliptic"] = "elliptic"
     water_density: Positive = 1025.0
     sea: Sea = Sea(spectrum="none")
     current: Current = Current()

@@ -14,6 +14,7 @@ from marine_mj.environment import Environment
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics import table
+from marine_mj.hydrodynamics.contact_parts import scale_stiffness
 from marine_mj.hydrodynamics.numerics import SCALABLE
 from marine_mj.library import find_model
 from marine_mj.scenario import HeadingControl, Scenario, Vehicle
@@ -344,6 +345,7 @@ def _attach_dock(spec: mujoco.MjSpec, carrier: str, vehicle: Vehicle) -> str:
     """Attach the carrier's dock and return the name of the dock's body."""
     assert vehicle.dock is not None
     child = _load(vehicle.dock)
+    scale_stiffness(child, vehicle.dock_stiffness)
     mount = f"{carrier}/{DOCK_MOUNT}"
     site = spec.site(mount)
     if site is None:

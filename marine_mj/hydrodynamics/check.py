@@ -13,6 +13,7 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array, euler_from_quaternion, flip_quaternion
 from marine_mj.hydrodynamics.body_settings import BodySettings, memory_of
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
+from marine_mj.hydrodynamics.contact_check import hits
 from marine_mj.hydrodynamics.floating import afloat, equilibrium
 from marine_mj.hydrodynamics.inertia import subtree_inertia
 from marine_mj.hydrodynamics.loader import load
@@ -165,6 +166,8 @@ def _rest(model: mujoco.MjModel, body: str, seconds: float = 30.0) -> Iterator[C
 def check_model(name: str) -> list[Check]:
     """Report on a vehicle: mass against displacement, trim, stability, periods, M_A, time step.
 
+    Contact parts of a vehicle or dock are told with what a nominal hit does.
+
     Args:
         name: vehicle of the package, or path of a vehicle's folder or MJCF file.
 
@@ -172,13 +175,14 @@ def check_model(name: str) -> list[Check]:
         ModelError: there is no such vehicle, or its coefficients are refused.
     """
     bodies = read_coefficients(mujoco.MjSpec.from_file(str(find_model(name))))
-    if not bodies:
+    model = load(name)
+    contacts = [Check(*row, "", None) for row in hits(model)]
+    if not bodies and not contacts:
         raise ModelError(
             f"{name!r} has no hydrodynamic coefficients, so there is nothing to check; add "
             '<custom><numeric name="BODY.added_mass_frd" .../> and the others of '
             "docs/architecture.md"
         )
-    model = load(name)
     rows: list[Check] = []
     for body in bodies:
         index = model.body(body.name).id
@@ -211,4 +215,4 @@ def check_model(name: str) -> list[Check]:
             Check("largest stable time step", bound, "s", f">= {step:g}", bool(bound >= step))
         )
         rows += _rest(model, body.name)
-    return rows
+    return rows + contacts

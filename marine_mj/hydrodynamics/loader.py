@@ -14,6 +14,13 @@ from marine_mj.frames import Array
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.body_settings import BodySettings, memory_of
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
+from marine_mj.hydrodynamics.contact_pairs import (
+    add_contact_pairs,
+    check_contact_step,
+    compile_dry,
+    convert_contacts,
+    prepare_contacts,
+)
 from marine_mj.hydrodynamics.low_frequency import LOW_FREQUENCY_PREFIX, follows_waves
 from marine_mj.hydrodynamics.memory_pack import MEMORY_PREFIX
 from marine_mj.hydrodynamics.native import install, records, table_of
@@ -206,7 +213,7 @@ def compile_spec(
 ) -> mujoco.MjModel:
     """A compiled model with its hydrodynamics, ready for plain `mj_step`.
 
-    A spec without hydrodynamic coefficients is compiled as it is.
+    A spec without hydrodynamic coefficients is compiled as it is, with its contact parts.
 
     Args:
         spec: scene; its options are kept, except that automatic reset is disabled and
@@ -219,7 +226,7 @@ def compile_spec(
     """
     bodies = read_coefficients(spec)
     if not bodies:
-        return spec.compile()
+        return compile_dry(spec)
     install()  # somebody may have removed or replaced the callbacks since the import
     environment = environment or Environment()
     chosen = _settings(settings)
@@ -240,11 +247,16 @@ def compile_spec(
         )
     _add_all_states(spec, bodies, chosen, environment)
     # once for the addresses, once more with the table that needs them
+    parts = prepare_contacts(spec)
     plain = spec.compile()
+    if parts:
+        add_contact_pairs(spec, plain)
     _set_numeric(spec, pack_table(plain, bodies, environment, chosen))
     model = spec.compile()
     check_timestep(model, bodies, chosen)
     _rescale_contacts(model)
+    convert_contacts(model)
+    check_contact_step(model)
     return model
 
 
@@ -276,6 +288,7 @@ def write_environment(
     table[:] = values
     if not np.array_equal(before, _added_masses(table)):
         _rescale_contacts(model)
+        convert_contacts(model)
 
 
 def _added_masses(table: Array) -> Array:
@@ -315,7 +328,7 @@ def load(
     settings: Settings | None = None,
     timestep: float = 0.005,
 ) -> mujoco.MjModel:
-    """A compiled model of one vehicle, with the implicitfast integrator.
+    """A compiled model of one vehicle or dock: implicitfast integrator, elliptic friction cone.
 
     Args:
         name: vehicle of the package, or path of a vehicle's folder or MJCF file.
@@ -329,6 +342,7 @@ def load(
     spec = mujoco.MjSpec.from_file(str(find_model(name)))
     spec.option.timestep = timestep
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     if environment is not None:
         spec.option.gravity = [0.0, 0.0, -environment.gravity]
     return compile_spec(spec, environment, settings)

@@ -10,6 +10,7 @@ import numpy as np
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array, flip_matrix
 from marine_mj.hydrodynamics import table as t_
+from marine_mj.hydrodynamics.contact_parts import QUANTITIES as OF_GEOMS
 
 #: Quantities whose axes are named by a suffix, with the sizes that are allowed.
 FRAMED = {
@@ -56,7 +57,7 @@ def collect(spec: mujoco.MjSpec) -> dict[str, dict[str, Array]]:
     found: dict[str, dict[str, Array]] = {}
     for numeric in spec.numerics:
         owner, dot, quantity = numeric.name.partition(".")
-        if not dot:
+        if not dot or quantity in OF_GEOMS:
             continue
         known = quantity in QUANTITIES or quantity.startswith(OF_ACTUATORS)
         if owner not in bodies:

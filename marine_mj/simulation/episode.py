@@ -29,7 +29,15 @@ Signals = dict[str, xr.Variable]
 # In what copies of a compiled scene differ: the environment's table and what follows from the added
 # mass in it, and how welds hold.
 _OWN = ("numeric_data", "body_invweight0", "dof_invweight0", "eq_data")
+# What contact parts have by the wet masses that meet; large, so only where it is not the same.
+_CONTACT = ("pair_solref", "pair_solreffriction", "pair_solimp")
 _WARNINGS = [int(warning) for warning in STATE_WARNINGS]
+
+
+def _differ(models: Sequence[mujoco.MjModel], field: str) -> bool:
+    """Whether a field of some models is not that of the first."""
+    first = getattr(models[0], field)
+    return any(not np.array_equal(getattr(model, field), first) for model in models[1:])
 
 
 def refuse_signal(name: str, known: Sequence[str]) -> None:
@@ -96,7 +104,8 @@ class Episode:
         # A model for each of many runs would not stay in the processor's cache.
         original = runs[0].original
         shared = original is not None and all(run.original is original for run in runs)
-        self._fields = {name: self._batch.expand(name) for name in _OWN} if shared else {}
+        own = (*_OWN, *(name for name in _CONTACT if _differ(self._models, name)))
+        self._fields = {name: self._batch.expand(name) for name in own} if shared else {}
         self._eq_data: Sequence[Array] = [model.eq_data for model in self._models]
         if shared:
             self._eq_data = self._fields["eq_data"]

@@ -10,6 +10,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from marine_mj.hydrodynamics.contact_pairs import compile_dry
+
 MODELS = Path(__file__).parents[2] / "models"
 DAMPING = np.array([60.0, 120.0, 120.0, 2.0, 30.0, 30.0])  # N s/m, N m s; body axes
 RESTORING = 6.13  # N m/rad
@@ -47,7 +49,8 @@ def scene_with(dock: str) -> mujoco.MjModel:
     scene.attach(usv, frame=scene.worldbody.add_frame(), prefix="usv/")
     scout = mujoco.MjSpec.from_file(str(MODELS / "scout" / "scout.xml"))
     scene.attach(scout, frame=scene.worldbody.add_frame(), prefix="scout/")
-    return scene.compile()
+    scene.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    return compile_dry(scene)
 
 
 def push_in(model, position, push, duration, angles=(0.0, 0.0, 0.0), velocity=(0.0, 0.0, 0.0)):

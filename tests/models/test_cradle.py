@@ -35,16 +35,16 @@ CASES = [
 def test_every_start_within_the_capture_limits_ends_in_the_seat(model, x, y, pitch_deg, yaw_deg):
     end = dock(model, x, y, pitch=np.radians(pitch_deg), yaw=np.radians(yaw_deg))
     assert not end.forbidden
-    assert end.distance < 0.05  # worst 0.014 m
-    assert end.angle < np.radians(3.0)  # worst 0.6 deg
-    assert end.deepest < 0.01  # worst 3.4 mm
+    assert end.distance < 0.05  # worst 0.016 m
+    assert end.angle < np.radians(3.0)  # worst 0.7 deg
+    assert end.deepest < 0.01  # worst 5.1 mm
 
 
 @pytest.mark.parametrize("x, y, z", [(0.0, 0.0, -0.75), (0.35, 0.0, -1.0), (0.2, 0.25, -1.2)])
 def test_half_a_metre_a_second_penetrates_less_than_a_centimetre(model, x, y, z):
     end = dock(model, x, y, z=z, speed=0.5)
     assert not end.forbidden
-    # measured: 6.2 mm of the pads' layer left, 1.8 and 1.5 mm overlap on the bars
+    # measured: 14.9 mm of the pads' layer left, 5.2 and 3.8 mm overlap on the bars
     assert -0.019 < end.deepest < 0.01
     assert end.distance < 0.05
 

@@ -8,7 +8,7 @@ from conftest import numbers, one_body, random_added_mass, rigid_mass
 import marine_mj
 from marine_mj.hydrodynamics.table import CONTACT_SENSOR
 from marine_mj.scenario import Scenario
-from marine_mj.scene import compile_scene
+from marine_mj.scene import build_scene, compile_scene
 
 M_RB = rigid_mass(10.0, [0.02, 0.01, -0.05], [1.0, 2.0, 3.0])
 BALL = '<geom type="sphere" size="0.3" mass="0" solref="0.02 1" friction="0"/>'
@@ -228,5 +228,6 @@ def test_force_on_a_squeezed_body_is_that_of_the_documented_stiffness(cone, fric
 
 def test_friction_cone_of_a_scenario():
     for cone, number in (("pyramidal", 0), ("elliptic", 1)):
-        scenario = Scenario.load("docking_demo").with_values({"friction_cone": cone})
-        assert compile_scene(scenario, visual=False).model.opt.cone == number
+        changes = {"friction_cone": cone, "vehicles.usv.dock": None}
+        scenario = Scenario.load("docking_demo").with_values(changes)
+        assert build_scene(scenario).option.cone == number

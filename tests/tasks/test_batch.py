@@ -5,6 +5,7 @@ import pytest
 
 from marine_mj.errors import ScenarioError
 from marine_mj.scenario import Scenario
+from marine_mj.scene import compile_scene
 from marine_mj.simulation import run, run_batch
 from marine_mj.simulation.episode import Episode
 
@@ -254,3 +255,26 @@ def test_a_model_with_other_coefficients_differs_run_by_run_and_the_controller_d
     np.testing.assert_array_equal(log.data["qpos"], result.signals["qpos"][1])
     wrong = run_batch(base, [{"vehicles.auv.scale": {"weight": 1.1}}]).rows[0]
     assert "'weight'; 'scout' has mass, added_mass" in wrong["error"]
+
+
+def test_contact_parts_of_runs_with_different_added_masses_that_share_a_model():
+    """Constant radiation of the USV takes the added mass at the sea's peak."""
+    base = Scenario.load("docking_demo").with_values(
+        {
+            "vehicles.usv.radiation": "constant",
+            "vehicles.auv.position_ned": [10.0, 0.0, 0.53],
+            "vehicles.auv.heading_deg": 0.0,
+            "vehicles.auv.velocity_frd": [0.0, 0.0, -0.5, 0.0, 0.0, 0.0],
+            "duration": 0.4,
+        }
+    )
+    runs = [{"sea.sea_state": 3}, {"sea.sea_state": 6}]
+    models = [compile_scene(base.with_values(changes), visual=False).model for changes in runs]
+    assert not np.array_equal(models[0].pair_solref, models[1].pair_solref)
+    together = run_batch(base, runs, record=["qpos"])
+    for number, changes in enumerate(runs):
+        alone = run_batch(base, [changes], record=["qpos"])
+        assert together.rows[number]["peak_contact_force"] > 300
+        np.testing.assert_array_equal(
+            together.signals["qpos"].values[number], alone.signals["qpos"].values[0]
+        )

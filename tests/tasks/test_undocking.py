@@ -18,9 +18,10 @@ def test_leaves_the_cradle_at_sea_state_4():
     # Released at the first look at or after 2 s.
     assert summary["latch_time"] == 0.0 and summary["undock_time"] == pytest.approx(2.0, abs=0.011)
     assert not summary["undock_forbidden_contact"] and not summary["forbidden_contact"]
-    # measured: clear at 9.6 s, away at 19.4 s, 0.2 kN
+    # measured: clear at 6.1 s, away at 13.7 s
     assert summary["clear_time"] < 15 and summary["away_time"] < 40
-    assert summary["undock_contact_force"] < 1000
+    # held at the seat 12 mm deep in the layer of two pads of 75 kN/m; measured 1.65 kN
+    assert 1500 < summary["undock_contact_force"] < 1.05 * 2 * 75e3 * 0.012
     assert summary["simulated_time"] == pytest.approx(summary["away_time"] + 0.5, abs=0.02)
     assert summary["attempts"] == 0
 
