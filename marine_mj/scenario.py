@@ -210,6 +210,7 @@ class Vehicle(Settings):
     drift: Literal["none", "mean", "slow"] | None = None
     hydrostatics: Literal["linear", "panels"] | None = None
     sheltered_by: str | None = None
+    excitation: Literal["long_wave", "none"] | None = None
     heading_control: HeadingControl | None = None
     scale: dict[str, Positive] = Field(default_factory=dict)
 

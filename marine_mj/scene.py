@@ -175,6 +175,7 @@ def body_settings(scenario: Scenario, spec: mujoco.MjSpec) -> dict[str, dict[str
             "thrust_loss": vehicle.thrust_loss,
             "drift": vehicle.drift,
             "hydrostatics": vehicle.hydrostatics,
+            "excitation": vehicle.excitation,
             "sheltered_by": vehicle.sheltered_by and main_body(spec, vehicle.sheltered_by).name,
         }
         for name, vehicle in bodies.items()

@@ -59,7 +59,9 @@ B_ELEMENTS, B_ELEMENT_DATA = 21, 22
 B_ADDED_MASS, B_LINEAR, B_QUADRATIC = 24, 60, 96
 #: Offset of the shelter block of a body near another hull; 0: the water is that of the waves alone.
 B_SHELTER = 132
-B_FIXED_SIZE = 133
+#: Offset of the block of a floating body that waves act on as if they were long; 0: none.
+B_LONG_WAVE = 133
+B_FIXED_SIZE = 134
 
 # shelter block: body of the hull that shelters, numbers of modes, headings and nodes along x, y, z,
 # where the nodes' places stand, one axis behind the other, the strengths of the modes in m/s
@@ -67,6 +69,13 @@ B_FIXED_SIZE = 133
 (SH_HULL, SH_MODES, SH_HEADINGS, SH_NODES) = range(4)
 (SH_PLACES, SH_STRENGTHS, SH_FIELD, SH_SIZE) = range(6, 10)
 MAX_SHELTER_MODES = 32
+
+# long-wave block: stiffness of the waterplane (6, 3) on heave, roll and pitch of the surface,
+# displaced mass, centre of buoyancy (3), centre of the waterplane (3), its half length and half
+# breadth, moments of inertia (3) of the displaced mass, offset of the speeds (2, components):
+# horizontal and vertical orbital speed, mean over the draught
+(LW_STIFFNESS, LW_MASS, LW_CENTER, LW_PLACE, LW_HALF, LW_INERTIA) = (0, 18, 19, 22, 25, 27)
+LW_SPEEDS, LW_SIZE = 30, 31
 
 # elements: force laws that only some bodies have. Each starts with its kind and its length.
 RESTORING, EXCITATION, PRESCRIBED, WIND, TANK, MEMORY = 1.0, 2.0, 3.0, 4.0, 5.0, 6.0

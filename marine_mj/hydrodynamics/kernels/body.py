@@ -12,6 +12,7 @@ from marine_mj.hydrodynamics.kernels.equations import (
     relative_velocity,
     turn_rate,
 )
+from marine_mj.hydrodynamics.kernels.long_wave import long_wave
 from marine_mj.hydrodynamics.kernels.memory import advance, field, floats, scratch
 from marine_mj.hydrodynamics.kernels.shelter import shelter
 from marine_mj.hydrodynamics.kernels.water import (
@@ -23,6 +24,7 @@ from marine_mj.hydrodynamics.kernels.water import (
 )
 
 _XPOS = field("d", "xpos")
+_XMAT = field("d", "xmat")
 _CAUSES = 6 * len(t_.CAUSES)
 _INERTIAS = 36 * t_.INERTIAS
 _STRIPS = t_.MAX_STRIPS
@@ -52,6 +54,8 @@ def _water_at_body(data, table, p, R, x, time, points, wet, nu_w, acc_w):
             first[i] = x[i]
             step[i] = 0.0
     orbital, convective = p[t_.B_SEAKEEPING] == 0.0, p[t_.B_CONVECTIVE] > 0.0
+    if p[t_.B_LONG_WAVE] > 0.0 and not strips:
+        orbital = False  # the law of long waves brings its own
     water_row(table, first, step, count, time, orbital, convective, points)
     if p[t_.B_SHELTER] > 0.0:
         q = advance(table, int(p[t_.B_SHELTER]))
@@ -233,6 +237,12 @@ def body_loads(model, data, table, p, time, R, nu, f, inertia):
     body_twist(data, p, R, nu)
     turn_rate(data, p, R, nu, spin)
     mean_wet = _water_at_body(data, table, p, R, x, time, points, wet, nu_w, acc_w)
+    if p[t_.B_LONG_WAVE] > 0.0:
+        q = advance(table, int(p[t_.B_LONG_WAVE]))
+        own = advance(floats(data, _XMAT), 9 * body)
+        yaw, convective = math.atan2(own[3], own[0]), p[t_.B_CONVECTIVE] > 0.0
+        force = advance(f, 6 * t_.C_WAVES)
+        long_wave(table, q, R, x, yaw, time, convective, nu_w, acc_w, force)
     for i in range(6):
         nu_r[i] = nu[i] - nu_w[i]
         flow[i] = nu_r[i]
