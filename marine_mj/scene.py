@@ -17,6 +17,7 @@ from marine_mj.hydrodynamics import table
 from marine_mj.hydrodynamics.numerics import SCALABLE
 from marine_mj.library import find_model
 from marine_mj.scenario import HeadingControl, Scenario, Vehicle
+from marine_mj.scene_choices import choose_integrator
 from marine_mj.weather import environment_of
 
 if TYPE_CHECKING:
@@ -101,7 +102,7 @@ def build_scene(scenario: Scenario) -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     spec.modelname = scenario.name
     spec.option.timestep = scenario.timestep
-    spec.option.integrator = _INTEGRATORS[scenario.integrator]
+    spec.option.integrator = _INTEGRATORS[choose_integrator(scenario)]
     spec.option.cone = _CONES[scenario.friction_cone]
     # A diverging run must raise, not start again silently.
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
