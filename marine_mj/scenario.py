@@ -213,6 +213,7 @@ class Vehicle(Settings):
     drift: Literal["none", "mean", "slow"] | None = None
     hydrostatics: Literal["linear", "panels"] | None = None
     sheltered_by: str | None = None
+    excitation: Literal["long_wave", "none"] | None = None
     heading_control: HeadingControl | None = None
     scale: dict[str, Positive] = Field(default_factory=dict)
 
@@ -242,7 +243,8 @@ class Scenario(SettingsFile):
         timestep: of the physics, s.
         control_period: between two controller updates, s, a multiple of `timestep`.
         log_period: between two log entries, s, a multiple of `control_period`.
-        integrator: of MuJoCo.
+        integrator: of MuJoCo; "auto": RK4 where bodies do not collide, else implicitfast
+            (`scene_choices.choose_integrator`).
         contact: whether bodies collide.
         friction_cone: of the contacts; "pyramidal" is replaced by "elliptic" where contact parts
             state a stiffness (docs/docks.md).
@@ -261,7 +263,7 @@ class Scenario(SettingsFile):
     timestep: Annotated[float, Field(gt=0, le=0.1)] = 0.005
     control_period: Positive = 0.01
     log_period: Positive = 0.05
-    integrator: Literal["implicitfast", "implicit", "Euler", "RK4"] = "implicitfast"
+    integrator: Literal["auto", "implicitfast", "implicit", "Euler", "RK4"] = "auto"
     contact: bool = True
     friction_cone: Literal["pyramidal", "elliptic"] = "elliptic"
     water_density: Positive = 1025.0

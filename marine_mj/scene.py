@@ -18,6 +18,7 @@ from marine_mj.hydrodynamics.contact_parts import scale_stiffness
 from marine_mj.hydrodynamics.numerics import SCALABLE
 from marine_mj.library import find_model
 from marine_mj.scenario import HeadingControl, Scenario, Vehicle
+from marine_mj.scene_choices import choose_integrator
 from marine_mj.weather import environment_of
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def build_scene(scenario: Scenario) -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     spec.modelname = scenario.name
     spec.option.timestep = scenario.timestep
-    spec.option.integrator = _INTEGRATORS[scenario.integrator]
+    spec.option.integrator = _INTEGRATORS[choose_integrator(scenario)]
     spec.option.cone = _CONES[scenario.friction_cone]
     # A diverging run must raise, not start again silently.
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
@@ -176,6 +177,7 @@ def body_settings(scenario: Scenario, spec: mujoco.MjSpec) -> dict[str, dict[str
             "thrust_loss": vehicle.thrust_loss,
             "drift": vehicle.drift,
             "hydrostatics": vehicle.hydrostatics,
+            "excitation": vehicle.excitation,
             "sheltered_by": vehicle.sheltered_by and main_body(spec, vehicle.sheltered_by).name,
         }
         for name, vehicle in bodies.items()

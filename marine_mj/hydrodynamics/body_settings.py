@@ -12,6 +12,7 @@ from marine_mj.hydrodynamics.memory_store import database_memory, has_memory_dat
 Motion = Literal["free", "dynamic", "rao", "fixed"]
 Radiation = Literal["memory", "constant"]
 Hydrostatics = Literal["linear", "panels"]
+Excitation = Literal["long_wave", "none"]
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,10 @@ class BodySettings:
             and neither restoring nor volume, else "linear".
         sheltered_by: name of a floating body with a shelter database, whose hull changes the water
             motion that this body feels (`hydrodynamics.shelter`); None: undisturbed waves.
+        excitation: of a "free" body with a restoring matrix: "long_wave" (it rides on the waves as
+            on long ones, `hydrodynamics.excitation`), "none" (it floats in still water, and feels
+            no more than the water's motion at its origin); None: "long_wave" where the matrix has
+            a waterplane (G33 > 0).
     """
 
     motion: Motion | None = None
@@ -52,6 +57,7 @@ class BodySettings:
     radiation: Radiation | None = None
     hydrostatics: Hydrostatics | None = None
     sheltered_by: str | None = None
+    excitation: Excitation | None = None
 
     def __post_init__(self) -> None:
         """Check the choices."""
@@ -60,6 +66,7 @@ class BodySettings:
             ("drift", Drift),
             ("radiation", Radiation),
             ("hydrostatics", Hydrostatics),
+            ("excitation", Excitation),
         ):
             value = getattr(self, name)
             if value is not None and value not in get_args(kinds):

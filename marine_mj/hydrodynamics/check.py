@@ -14,6 +14,7 @@ from marine_mj.frames import Array, euler_from_quaternion, flip_quaternion
 from marine_mj.hydrodynamics.body_settings import BodySettings, memory_of
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients, read_coefficients
 from marine_mj.hydrodynamics.contact_check import hits
+from marine_mj.hydrodynamics.excitation import equivalent_box, excitation_of
 from marine_mj.hydrodynamics.floating import afloat, equilibrium
 from marine_mj.hydrodynamics.inertia import subtree_inertia
 from marine_mj.hydrodynamics.loader import load
@@ -81,6 +82,20 @@ def _floating(
                 extra = memory.retardation(np.array([omega]))[0, axis, axis].imag / omega
                 omega = np.sqrt(G[axis, axis] / (M[axis, axis] + extra))
             yield Check(f"natural period, {_DOFS[axis]}", 2 * np.pi / omega, "s", "", None)
+
+
+def _excitation(body: BodyCoefficients, mass: float, center: Array) -> Iterator[Check]:
+    """By what waves act, and the box that stands for the hull in long waves."""
+    kind = excitation_of(body, BodySettings())
+    # every row has a value: here the number of laws
+    yield Check(f"waves act by: {kind}", float(kind != "none"), "law", "", None)
+    if kind != "long waves":
+        return
+    environment = Environment(water_density=WATER_DENSITY, gravity=GRAVITY)
+    box = equivalent_box(body, mass, center, environment)
+    for side, value in (("length", box.length), ("breadth", box.breadth), ("draught", box.draught)):
+        yield Check(f"{side} of the hull in long waves", value, "m", "> 0", value > 0)
+    yield Check("waves are long above", 5 * box.length, "m", "", None)
 
 
 def _memory(body: BodyCoefficients, memory: Memory) -> Iterator[Check]:
@@ -205,6 +220,7 @@ def check_model(name: str) -> list[Check]:
             rows += _floating(body, mass, M, memory)
         elif body.displaced_volume or body.buoyancy:
             rows += _submerged(body, mass, center, M)
+        rows += _excitation(body, mass, center)
         if memory is not None:
             rows += _memory(body, memory)
         if body.hull_mesh:

@@ -11,6 +11,7 @@ from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.body_settings import BodySettings, motion_of
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients
 from marine_mj.hydrodynamics.drift import Drift, drift_of
+from marine_mj.hydrodynamics.excitation import excitation_of
 from marine_mj.hydrodynamics.panels import uses_panels
 
 #: Prefix of the actuators whose activations are the states of the low-frequency place.
@@ -62,7 +63,10 @@ def follows_waves(body: BodyCoefficients, settings: BodySettings, waves: WaveFie
     """Whether wave loads act on a body at its low-frequency place."""
     if not len(waves.omega):
         return False
-    return motion_of(body, settings) == "dynamic" or drift_in(body, settings, waves) != "none"
+    by_tables = (
+        motion_of(body, settings) == "dynamic" or excitation_of(body, settings) == "long waves"
+    )
+    return by_tables or drift_in(body, settings, waves) != "none"
 
 
 def filter_entries(model: mujoco.MjModel, name: str, environment: Environment) -> Array:

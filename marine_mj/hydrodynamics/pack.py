@@ -12,6 +12,7 @@ from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.body_settings import BodySettings, memory_of, motion_of
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients
 from marine_mj.hydrodynamics.element_pack import free_root, pack_elements, start_pose
+from marine_mj.hydrodynamics.excitation import long_wave_block
 from marine_mj.hydrodynamics.inertia import subtree_inertia
 from marine_mj.hydrodynamics.low_frequency import drift_in, filter_entries
 from marine_mj.hydrodynamics.panels import restoring_of, uses_panels
@@ -144,6 +145,7 @@ def _record(
         p[t_.B_SHELTER] = shelter_block(
             model, table, body.name, settings.sheltered_by, motion, bodies, environment.waves
         )
+    p[t_.B_LONG_WAVE] = long_wave_block(model, table, body, environment, settings, afloat)
     quadratic = body.quadratic_damping
     half_height = body.submergence_height
     if body.strips is not None and settings.strips:

@@ -62,7 +62,9 @@ B_SHELTER = 132
 #: Address of the low-frequency states in `data.act` plus 1 (0: none), cut-off frequency of their
 #: filter [rad/s], and the distance [m] from the body beyond which they start anew.
 B_LOW_FREQUENCY, B_CUTOFF, B_REACH = 133, 134, 135
-B_FIXED_SIZE = 136
+#: Offset of the block of a floating body that waves act on as if they were long; 0: none.
+B_LONG_WAVE = 136
+B_FIXED_SIZE = 137
 
 # states of the low-frequency place: 1 once they are set, then six for each of x, y and yaw
 LF_SET, LF_X, LF_ORDER, LF_STATES = 0, 1, 6, 19
@@ -73,6 +75,13 @@ LF_SET, LF_X, LF_ORDER, LF_STATES = 0, 1, 6, 19
 (SH_HULL, SH_MODES, SH_HEADINGS, SH_NODES) = range(4)
 (SH_PLACES, SH_STRENGTHS, SH_FIELD, SH_REFERENCE, SH_SIZE) = range(6, 11)
 MAX_SHELTER_MODES = 32
+
+# long-wave block: stiffness of the waterplane (6, 3) on heave, roll and pitch of the surface,
+# displaced mass, centre of buoyancy (3), centre of the waterplane (3), its half length and half
+# breadth, moments of inertia (3) of the displaced mass, offset of the speeds (2, components):
+# horizontal and vertical orbital speed, mean over the draught
+(LW_STIFFNESS, LW_MASS, LW_CENTER, LW_PLACE, LW_HALF, LW_INERTIA) = (0, 18, 19, 22, 25, 27)
+LW_SPEEDS, LW_SIZE = 30, 31
 
 # elements: force laws that only some bodies have. Each starts with its kind and its length.
 RESTORING, EXCITATION, PRESCRIBED, WIND, TANK, MEMORY = 1.0, 2.0, 3.0, 4.0, 5.0, 6.0

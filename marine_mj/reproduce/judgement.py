@@ -162,7 +162,9 @@ def _reason(
         )
     if gaps != ours and abs(_level(gaps, bottom) - published) <= limit:
         parts.append(f"with gaps ours is {gaps}")
-    parts.append(reason(row.configuration, column))
+    late = stop in entries and not entries[stop].complete
+    difference = _level(ours, bottom) - published
+    parts.append(reason(row.configuration, column, difference, late))
     return "; ".join(parts)
 
 
@@ -171,7 +173,9 @@ def _stop(entries: Entries, state: int, column: str, duration: float) -> str:
     if not entries.complete:
         missing = int((~np.isfinite(entries.surge)).sum())
         return (
-            f"at sea state {state} {missing} of {len(entries)} runs did not enter in {duration:g} s"
+            f"at sea state {state} {missing} of {len(entries)} runs did not enter in {duration:g} "
+            f"s, which ends the line by the study's rule, whatever the other "
+            f"{len(entries) - missing} do"
         )
     columns = METRICS if column == "total" else (column,)
     spreads = [_interval(entries, m) for m in columns if not operable(entries)[m]]

@@ -17,6 +17,7 @@ from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.wrenches import STATE_WARNINGS, check_control, check_state
 from marine_mj.scenario import Scenario
 from marine_mj.scene import main_bodies
+from marine_mj.scene_choices import choose_integrator, excitations
 from marine_mj.simulation.recorder import COMMON, RAW
 from marine_mj.simulation.runner import plain
 from marine_mj.tasks.base import Flags, Mission
@@ -282,6 +283,8 @@ class Episode:
                 "scenario": scenario.name,
                 "seed": scenario.seed,
                 **self._missions[i].summary(scenario, state, latched),
+                "integrator": choose_integrator(scenario),
+                "excitation": excitations(scenario),
                 "simulated_time": float(self._time[i] - self._start[i]),
                 "error": error,
             }

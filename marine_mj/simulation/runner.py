@@ -11,6 +11,7 @@ import numpy as np
 from marine_mj.errors import SimulationError
 from marine_mj.frames import Array
 from marine_mj.scenario import Scenario
+from marine_mj.scene_choices import choose_integrator, excitations
 from marine_mj.simulation.log import Log
 from marine_mj.simulation.recorder import Recorder, versions
 from marine_mj.tasks import build_environment
@@ -56,6 +57,8 @@ def run(
                 "scenario": scenario.name,
                 "seed": scenario.seed,
                 **task.summary(physics),
+                "integrator": choose_integrator(scenario),
+                "excitation": excitations(scenario),
                 "simulated_time": simulated,
                 "wall_time": now - started,
                 "real_time_factor": simulated / max(now - started, 1e-9),

@@ -5,6 +5,7 @@ from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import nullcontext
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -135,7 +136,9 @@ def test_termination_rule_and_none_at_all():
     found = cells(3, surge=0.01)
     found.entries[4] = entries(4, missing=2)
     total = judge(line(2576), found, resamples=20)[3]
-    assert total.ours == 3 and "2 of 60 runs did not enter in 120 s" in total.note
+    assert (
+        total.ours == 3 and "2 of 60 runs did not enter in 120 s, which ends the line" in total.note
+    )
     nothing = judge(line(2576), Cells({1: entries(1, surge=9.0)}, {}, 120.0), resamples=20)
     assert nothing[3].ours is None and nothing[3].interval == (0.0, 0.0)
     assert nothing[4].ours == 0.0 and nothing[4].note == "follows from the total"
@@ -263,14 +266,14 @@ def test_command_says_how_long_it_takes_and_how_it_goes_on(capsys, tmp_path, mon
         cli.main(["reproduce", "docking", "--full", "--workers", "2", "--out", str(tmp_path)])
     told = capsys.readouterr().err
     assert stop.value.code == 1 and "give the same command again" in told
-    # Twenty minutes with 60 runs on two processors (docs/reproduce.md).
-    assert "40 configurations, 1000 runs per sea state" in told and "about 5.6 h from" in told
+    # 20 min times 2.2 with 60 runs on two processors (docs/reproduce.md).
+    assert "40 configurations, 1000 runs per sea state" in told and "about 12.2 h from" in told
     with pytest.raises(SystemExit):
         cli.main(
             ["reproduce", "docking", "--full", "--tables", "7.12", "--highest", "1",
              "--workers", "2", "--out", str(tmp_path)]
         )  # fmt: skip
-    assert "4 configurations" in (told := capsys.readouterr().err) and "about 2.8 min" in told
+    assert "4 configurations" in (told := capsys.readouterr().err) and "about 6.1 min" in told
 
 
 def test_changes_need_a_folder_of_their_own(capsys):
@@ -308,12 +311,21 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
 
 
 def test_reasons_belong_to_configurations():
-    for name, columns, text in reasons._REASONS:
+    for name, columns, when, text in reasons.REASONS:
         assert any(c.startswith(name) for c in CONFIGURATIONS) and set(columns) <= set(TOLERANCE)
-        assert 40 < len(text) < 250
-    assert "chatter" in reasons.reason("kinematic_2", "energy")
-    assert "2 %" in reasons.reason("brute_force_acceleration_worst", "surge")
-    assert "not published" in reasons.reason("cpva", "surge")
+        assert when in get_args(reasons.When) and 40 < len(text) < 250
+    assert "chatter" in reasons.reason("kinematic_2", "energy", -7, late=True)
+    assert "2 %" in reasons.reason("brute_force_acceleration_worst", "surge", 4)
+    assert "not published" in reasons.reason("cpva", "surge", 1)
+
+
+def test_reasons_are_given_only_where_they_hold():
+    # kinematic 1.0 s is told to chatter because runs come late: not where all of them enter
+    assert "dock offset" in reasons.reason("kinematic_1", "total", -3, late=False)
+    # the parabola explains why ours ends earlier, not why it might end later
+    assert "parabola" in reasons.reason("polynomial_2", "surge", -4)
+    assert "parabola" not in reasons.reason("polynomial_2", "surge", 2)
+    assert "scatters less" not in reasons.reason("kinematic_0.4", "surge", -2)
 
 
 def test_navigation_that_differs_in_surge_is_told_what_the_filters_know():

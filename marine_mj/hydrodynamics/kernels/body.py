@@ -12,7 +12,11 @@ from marine_mj.hydrodynamics.kernels.equations import (
     relative_velocity,
     turn_rate,
 )
-from marine_mj.hydrodynamics.kernels.low_frequency import low_frequency_velocity
+from marine_mj.hydrodynamics.kernels.long_wave import long_wave
+from marine_mj.hydrodynamics.kernels.low_frequency import (
+    low_frequency_place,
+    low_frequency_velocity,
+)
 from marine_mj.hydrodynamics.kernels.memory import advance, field, floats, scratch
 from marine_mj.hydrodynamics.kernels.shelter import shelter
 from marine_mj.hydrodynamics.kernels.water import (
@@ -54,6 +58,8 @@ def _water_at_body(data, table, p, R, x, time, points, wet, nu_w, acc_w):
             first[i] = x[i]
             step[i] = 0.0
     orbital, convective = p[t_.B_SEAKEEPING] == 0.0, p[t_.B_CONVECTIVE] > 0.0
+    if p[t_.B_LONG_WAVE] > 0.0 and not strips:
+        orbital = False  # the law of long waves brings its own
     water_row(table, first, step, count, time, orbital, convective, points)
     if p[t_.B_SHELTER] > 0.0:
         q = advance(table, int(p[t_.B_SHELTER]))
@@ -262,6 +268,15 @@ def body_loads(model, data, table, p, time, R, nu, f, inertia):
     body_twist(data, p, R, nu)
     turn_rate(data, p, R, nu, spin)
     mean_wet = _water_at_body(data, table, p, R, x, time, points, wet, nu_w, acc_w)
+    if p[t_.B_LONG_WAVE] > 0.0:
+        q = advance(table, int(p[t_.B_LONG_WAVE]))
+        own = advance(floats(data, _XMAT), 9 * body)
+        place, at = scratch(3), scratch(3)
+        low_frequency_place(data, p, x, own, place)
+        at[0], at[1], at[2] = place[0], place[1], x[2]
+        convective = p[t_.B_CONVECTIVE] > 0.0
+        force = advance(f, 6 * t_.C_WAVES)
+        long_wave(table, q, R, at, place[2], time, convective, nu_w, acc_w, force)
     for i in range(6):
         nu_r[i] = nu[i] - nu_w[i]
         flow[i] = nu_r[i]
