@@ -59,7 +59,17 @@ B_ELEMENTS, B_ELEMENT_DATA = 21, 22
 B_ADDED_MASS, B_LINEAR, B_QUADRATIC = 24, 60, 96
 #: Offset of the shelter block of a body near another hull; 0: the water is that of the waves alone.
 B_SHELTER = 132
-B_FIXED_SIZE = 133
+#: Offset of the surface block of a floating body; 0: none.
+B_SURFACE = 133
+B_FIXED_SIZE = 134
+
+# surface block: the columns on which a floating body stands (`hydrodynamics.surface`). Height of
+# the body origin, roll and pitch afloat, stiffness of a column, its immersed height afloat and its
+# whole height, its rise over roll and pitch (COLUMNS, 2), offset of the wave amplitudes averaged
+# over the waterplane (components), and what the columns lack of the restoring matrix (6, 3).
+COLUMNS = 4
+(SF_HEIGHT, SF_ROLL, SF_PITCH, SF_STIFFNESS, SF_DRAUGHT, SF_DEPTH, SF_ARMS) = range(7)
+SF_AMPLITUDES, SF_REST, SF_SIZE = 14, 15, 33
 
 # shelter block: body of the hull that shelters, numbers of modes, headings and nodes along x, y, z,
 # where the nodes' places stand, one axis behind the other, the strengths of the modes in m/s

@@ -22,6 +22,7 @@ from marine_mj.hydrodynamics.kernels.memory import (
 )
 from marine_mj.hydrodynamics.kernels.panels import panels
 from marine_mj.hydrodynamics.kernels.radiation import memory
+from marine_mj.hydrodynamics.kernels.surface import S_LIMITED, S_SHARE, limit_restoring
 from marine_mj.hydrodynamics.kernels.thrusters import thrust_loss
 from marine_mj.hydrodynamics.kernels.water import FAST, component, phasors, series
 
@@ -45,7 +46,7 @@ def _rotate_to_body(R, x, y, z, out):
 def restoring(q, own, R, height, f):
     """Linear hydrostatics about the floating equilibrium: -G eta, and what carries the weight.
 
-    own: attitude of the body (9), R: axes of the loads.
+    own: attitude of the body (9), R: axes of the loads. Lift is vertical, whatever the attitude.
     q: G (36, FLU), equilibrium height, weight [N], centre of gravity (3).
     """
     eta = scratch(6)
@@ -56,7 +57,12 @@ def restoring(q, own, R, height, f):
     eta[4] = -math.asin(min(max(own[6], -1.0), 1.0))
     for i in range(6):
         for j in range(2, 5):
-            f[i] -= q[6 * i + j] * eta[j]
+            force = q[6 * i + j] * eta[j]
+            if i == 2:
+                for axis in range(3):
+                    f[axis] -= R[6 + axis] * force
+            else:
+                f[i] -= force
     # the weight of the body acts at its centre of gravity: lift it there
     arm, up = scratch(3), scratch(3)
     for i in range(3):
@@ -289,8 +295,24 @@ def tank(data, q, R, nu, gravity, f, inertia):
 
 
 @njit
-def apply(model, data, table, record, body, R, nu, flow, time, f, inertia):
-    """All elements of one body record; flow (6): its velocity relative to the water particles."""
+def _faded(kind, surface):
+    """Whether a law fades with the wet share of the body: wave forces, memory of a floating body.
+
+    The pressure on panels knows itself what is wet.
+    """
+    return kind == t_.EXCITATION or kind == t_.DRIFT or (kind == t_.MEMORY and surface > 0)
+
+
+@njit
+def apply(model, data, table, record, body, R, nu, flow, time, state, f, inertia):
+    """All elements of one body record.
+
+    flow (6): velocity of the body relative to the water particles. state: how wet it is
+    (`kernels.surface`).
+    """
+    share, surface = state[S_SHARE], int(record[t_.B_SURFACE])
+    before = scratch(12)
+    waves, radiation = advance(f, 6 * t_.C_WAVES), advance(f, 6 * t_.C_RADIATION)
     own = advance(floats(data, _XMAT), 9 * body)
     x = advance(floats(data, _XPOS), 3 * body)
     count = int(record[t_.B_ELEMENTS])
@@ -298,8 +320,15 @@ def apply(model, data, table, record, body, R, nu, flow, time, f, inertia):
     for _ in range(count):
         kind = table[place + t_.EL_KIND]
         q = advance(table, place + t_.EL_DATA)
+        fading = share < 1.0 and _faded(kind, surface)
+        if fading:
+            for i in range(6):
+                before[i], before[6 + i] = waves[i], radiation[i]
         if kind == t_.RESTORING:
             restoring(q, own, R, x[2], advance(f, 6 * t_.C_RESTORING))
+            if state[S_LIMITED] > 0.0:
+                force = advance(f, 6 * t_.C_RESTORING)
+                limit_restoring(advance(table, surface), q, own, R, x[2], state, force)
         elif kind == t_.EXCITATION:
             excitation(table, q, R, x[0], x[1], time, advance(f, 6 * t_.C_WAVES))
         elif kind == t_.PRESCRIBED:
@@ -318,8 +347,13 @@ def apply(model, data, table, record, body, R, nu, flow, time, f, inertia):
             drift(table, q, R, x[0], x[1], time, advance(f, 6 * t_.C_WAVES))
         elif kind == t_.MEMORY:
             force = advance(f, 6 * t_.C_RADIATION)
-            memory(model, data, table, record, q, R, nu, time, force)
+            drive = share if surface > 0 else 1.0
+            memory(model, data, table, record, q, R, nu, time, drive, force)
         elif kind == t_.PANELS:
-            still, waves = advance(f, 6 * t_.C_RESTORING), advance(f, 6 * t_.C_WAVES)
+            still = advance(f, 6 * t_.C_RESTORING)
             panels(table, q, own, R, x, time, still, waves)
+        if fading:
+            for i in range(6):
+                waves[i] = before[i] + share * (waves[i] - before[i])
+                radiation[i] = before[6 + i] + share * (radiation[i] - before[6 + i])
         place += int(table[place + t_.EL_SIZE])
