@@ -29,7 +29,8 @@ class BodySettings:
         strips: False reduces a slender body to one point with its lumped damping.
         froude_krylov: undisturbed wave pressure on the displaced volume.
         convective: material acceleration of the water; False: its local time derivative.
-        constant_buoyancy: buoyancy does not change at the surface.
+        constant_buoyancy: buoyancy does not change at the surface, nor anything else that the wet
+            share of a body changes.
         thrust_loss: thrusters lose thrust with the speed at which they advance (for those whose
             model says how much).
         drift: second-order wave drift, "mean" or "slow" (mean and slowly varying part); None:

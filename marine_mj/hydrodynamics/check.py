@@ -22,6 +22,7 @@ from marine_mj.hydrodynamics.memory import ALLOWED_ERROR, Memory
 from marine_mj.hydrodynamics.memory_store import memory_report
 from marine_mj.hydrodynamics.mesh import read_mesh
 from marine_mj.hydrodynamics.stability import largest_timestep
+from marine_mj.hydrodynamics.surface import half_height, hull_depth
 from marine_mj.library import find_model
 
 WATER_DENSITY, GRAVITY = 1025.0, 9.81
@@ -48,6 +49,8 @@ def _submerged(body: BodyCoefficients, mass: float, center: Array, M: Array) -> 
     yield Check("buoyancy", lift, "N", "", None)
     small = abs(net) < 0.1 * weight
     yield Check("net buoyancy / weight", 100 * net / weight, "%", "-10 to 10", small)
+    height = half_height(body, lift / WATER_DENSITY / GRAVITY)
+    yield Check("half height out of the water", height, "m", "", None)
     arm = body.center_of_buoyancy * lift - center * weight  # r_b B - r_g W
     height = arm[2] / weight
     yield Check("BG, buoyancy above gravity", height, "m", "> 0", bool(height > 0))
@@ -71,6 +74,10 @@ def _floating(
     if G[2, 2] > 0:
         area = G[2, 2] / (WATER_DENSITY * GRAVITY)
         yield Check("waterplane area", area, "m2", "> 0", True)
+        draught = weight / G[2, 2]
+        depth = hull_depth(body, weight, WATER_DENSITY * GRAVITY)
+        yield Check("draught, weight / G33", draught, "m", "", None)
+        yield Check("hull depth, where its lift ends", depth, "m", f">= {draught:.3g}", True)
     for name, axis in (("GM_T", 3), ("GM_L", 4)):
         height = G[axis, axis] / weight
         yield Check(name, height, "m", "> 0", bool(height > 0))

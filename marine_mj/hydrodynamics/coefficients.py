@@ -72,6 +72,7 @@ class BodyCoefficients:
     strips: Strips | None = None
     restoring: Array | None = None
     equilibrium_height: float = 0.0
+    hull_depth: float = 0.0
     wave_database: str | None = None
     shelter_database: str | None = None
     hull_mesh: str | None = None
@@ -227,7 +228,7 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
     """Checked coefficients of one body."""
     values, frames = values_and_frames(name, raw)
     matrices = _matrices(name, values, frames)
-    for quantity in ("displaced_volume", "buoyancy", "submergence_height"):
+    for quantity in ("displaced_volume", "buoyancy", "submergence_height", "hull_depth"):
         if quantity in values and values[quantity][0] <= 0:
             raise ModelError(f"{quantity} of {name!r} is {values[quantity][0]:g}, allowed is > 0")
     volume, buoyancy = (float(values.get(q, [0.0])[0]) for q in ("displaced_volume", "buoyancy"))
@@ -239,6 +240,11 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
         )
     if "wind" in values and (values["wind"][:3] < 0).any():
         raise ModelError(f"wind of {name!r} is {values['wind']}; areas and length must be >= 0")
+    if "hull_depth" in values and "restoring" not in values:
+        raise ModelError(
+            f"{name!r} has hull_depth but no restoring, whose lift it limits: allowed is "
+            "submergence_height on a submerged body, and neither on hull panels; leave it out"
+        )
     strips = None
     if "strips" in values:
         strips = _strips(name, values, volume or buoyancy / (1025 * 9.81))
@@ -255,6 +261,7 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
         submergence_height=float(values.get("submergence_height", [0.0])[0]),
         strips=strips,
         equilibrium_height=float(values.get("equilibrium_height", [0.0])[0]),
+        hull_depth=float(values.get("hull_depth", [0.0])[0]),
         wave_database=file_of(spec, name, "wave_database"),
         shelter_database=file_of(spec, name, "shelter_database"),
         hull_mesh=hull_mesh_of(spec, name),

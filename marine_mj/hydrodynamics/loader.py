@@ -75,11 +75,17 @@ def _rescale_contacts(model: mujoco.MjModel) -> None:
     """Recompute the inverse weights at qpos0 that set contact softness, with added mass.
 
     MuJoCo's compiler knows only the dry mass. Same definitions as its `mj_setConst`: means over
-    the translations and the rotations of `J M^-1 J^T`.
+    the translations and the rotations of `J M^-1 J^T`. The whole added mass counts, wherever the
+    body lies at qpos0: softness must not depend on where a run starts.
     """
     data = mujoco.MjData(model)
     data.qpos[:] = model.qpos0
+    table = table_of(model)
+    before = table.copy()
+    for record in records(table):
+        record[[t_.B_HALF_HEIGHT, t_.B_SURFACE]] = 0.0
     mujoco.mj_forward(model, data)
+    table[:] = before
     M = np.zeros((model.nv, model.nv))
     mujoco.mju_sparse2dense(M, data.M, model.M_rownnz, model.M_rowadr, model.M_colind)
     inverse = np.linalg.inv(np.tril(M) + np.tril(M, -1).T)

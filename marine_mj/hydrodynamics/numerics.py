@@ -30,6 +30,7 @@ PLAIN = {
     "strips": (3,),
     "strip_area": tuple(range(1, t_.MAX_STRIPS + 1)),
     "equilibrium_height": (1,),
+    "hull_depth": (1,),
     "wind": (7,),
     "drift": tuple(range(4, 501, 4)),
     "reference_speed": (2,),

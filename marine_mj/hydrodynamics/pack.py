@@ -18,6 +18,7 @@ from marine_mj.hydrodynamics.low_frequency import drift_in, filter_entries
 from marine_mj.hydrodynamics.panels import restoring_of, uses_panels
 from marine_mj.hydrodynamics.raos import radiation
 from marine_mj.hydrodynamics.shelter import shelter_block
+from marine_mj.hydrodynamics.surface import half_height, surface_block
 from marine_mj.hydrodynamics.table_builder import TableBuilder
 
 
@@ -147,7 +148,6 @@ def _record(
         )
     p[t_.B_LONG_WAVE] = long_wave_block(model, table, body, environment, settings, afloat)
     quadratic = body.quadratic_damping
-    half_height = body.submergence_height
     if body.strips is not None and settings.strips:
         strips = body.strips
         x = strips.x
@@ -158,10 +158,13 @@ def _record(
         p[t_.B_STRIP_WEIGHT] = table.add(strips.weight)
         p[t_.B_STRIP_MEAN] = mean
         p[t_.B_STRIP_SPREAD] = strips.weight @ (x - mean) ** 2
-        half_height = half_height or strips.radius
     elif body.quadratic_damping_lumped is not None:
         quadratic = body.quadratic_damping_lumped
-    p[t_.B_HALF_HEIGHT] = 0.0 if settings.constant_buoyancy else half_height
+    p[t_.B_SURFACE] = surface_block(
+        model, table, body, index, environment, settings, motion, afloat
+    )
+    if not settings.constant_buoyancy:
+        p[t_.B_HALF_HEIGHT] = half_height(body, _volume(body, environment))
     added_mass, linear = body.added_mass, body.linear_damping
     memory = memory_of(body, settings)
     if memory is not None:

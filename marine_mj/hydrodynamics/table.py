@@ -64,10 +64,20 @@ B_SHELTER = 132
 B_LOW_FREQUENCY, B_CUTOFF, B_REACH = 133, 134, 135
 #: Offset of the block of a floating body that waves act on as if they were long; 0: none.
 B_LONG_WAVE = 136
-B_FIXED_SIZE = 137
+#: Offset of the surface block of a floating body; 0: none.
+B_SURFACE = 137
+B_FIXED_SIZE = 138
 
 # states of the low-frequency place: 1 once they are set, then six for each of x, y and yaw
 LF_SET, LF_X, LF_ORDER, LF_STATES = 0, 1, 6, 19
+
+# surface block: the columns on which a floating body stands (`hydrodynamics.surface`). Height of
+# the body origin, roll and pitch afloat, stiffness of a column, its immersed height afloat and its
+# whole height, its rise over roll and pitch (COLUMNS, 2), offset of the wave amplitudes averaged
+# over the waterplane (components), and what the columns lack of the restoring matrix (6, 3).
+COLUMNS = 4
+(SF_HEIGHT, SF_ROLL, SF_PITCH, SF_STIFFNESS, SF_DRAUGHT, SF_DEPTH, SF_ARMS) = range(7)
+SF_AMPLITUDES, SF_REST, SF_SIZE = 14, 15, 33
 
 # shelter block: body of the hull that shelters, numbers of modes, headings and nodes along x, y, z,
 # where the nodes' places stand, one axis behind the other, the strengths of the modes in m/s

@@ -45,7 +45,10 @@ def _level_axes(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> tuple[
 
 
 def added_mass_of(model: mujoco.MjModel, body: int) -> Array:
-    """Added mass (6, 6) of a body as the kernel uses it, FLU, about the body origin."""
+    """Added mass (6, 6) of a body under water or afloat, FLU, about the body origin.
+
+    In the air and at the surface the kernel takes the wet share of it.
+    """
     for record in records(table_of(model)):
         if int(record[t_.B_BODY]) == body:
             return record[t_.B_ADDED_MASS : t_.B_ADDED_MASS + 36].reshape(6, 6)

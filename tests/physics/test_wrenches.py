@@ -128,6 +128,7 @@ def test_floating_body(motion, integrator):
     model = marine_mj.load_xml(xml, ENVIRONMENT, {"a": {"motion": motion}})
     data = mujoco.MjData(model)
     data.time, data.ctrl[0] = 5.0, 300.0
+    data.qpos[2] = SEA.elevation(0.0, 0.0, 5.0)  # afloat: at z = 0 it would hang over a trough
     mujoco.mj_step(model, data, 20)
     mujoco.mj_forward(model, data)
     causes = marine_mj.wrenches(model, data)["a"]
@@ -138,6 +139,31 @@ def test_floating_body(motion, integrator):
     np.testing.assert_allclose(total, momentum_rate(model, data, own), atol=tolerance)
     assert (np.abs(causes["prescribed"]).max() > 0) == (motion == "rao")
     assert (np.abs(causes["radiation"]).max() > 1) == (motion == "dynamic")
+
+
+@pytest.mark.parametrize("settings", [{}, {"hydrostatics": "panels"}], ids=["linear", "panels"])
+@pytest.mark.parametrize("integrator", ["implicitfast", "RK4"])
+def test_usv_through_the_surface(integrator, settings):
+    """Dropped into waves and out again: the causes add up with every share of its coefficients."""
+    model = marine_mj.load("dus_v5750", ENVIRONMENT, {"hull": settings})
+    model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator.upper()}")
+    data = mujoco.MjData(model)
+    data.time = 5.0
+    data.qpos[2] = SEA.elevation(0.0, 0.0, 5.0) + 1.0
+    data.qvel[:] = [1.0, 0.5, -4.0, 0.3, 0.2, 0.1]
+    own = rigid_mass(2306, [0, 0, 0], [1040, 5412, 5237])
+    entering = 0
+    for _ in range(200):
+        mujoco.mj_step(model, data)
+        mujoco.mj_forward(model, data)
+        causes = marine_mj.wrenches(model, data)["hull"]
+        expected = momentum_rate(model, data, own)
+        # measured 1e-9 N of 400 kN
+        np.testing.assert_allclose(
+            sum(causes.values()), expected, atol=1e-12 * max(1e5, np.abs(expected).max())
+        )
+        entering += 0 < np.abs(causes["restoring"][2]) < 0.5 * 2306 * 9.81
+    assert entering > 3
 
 
 def test_each_cause_alone():

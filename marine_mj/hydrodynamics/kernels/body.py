@@ -10,6 +10,7 @@ from marine_mj.hydrodynamics.kernels.equations import (
     body_twist,
     load_axes,
     relative_velocity,
+    runge_kutta,
     turn_rate,
 )
 from marine_mj.hydrodynamics.kernels.long_wave import long_wave
@@ -17,18 +18,24 @@ from marine_mj.hydrodynamics.kernels.low_frequency import (
     low_frequency_place,
     low_frequency_velocity,
 )
-from marine_mj.hydrodynamics.kernels.memory import advance, field, floats, scratch
+from marine_mj.hydrodynamics.kernels.memory import advance, field, float_value, floats, scratch
 from marine_mj.hydrodynamics.kernels.shelter import shelter
-from marine_mj.hydrodynamics.kernels.water import (
-    POINT,
-    elevation,
-    water_row,
-    wet_fraction_cylinder,
-    wet_fraction_sphere,
+from marine_mj.hydrodynamics.kernels.surface import (
+    S_ENTERING,
+    S_SHARE,
+    S_SIZE,
+    entry_loads,
+    floating_state,
+    wet_parts,
+    wet_strips,
 )
+from marine_mj.hydrodynamics.kernels.water import POINT, water_row
 
 _XPOS = field("d", "xpos")
 _XMAT = field("d", "xmat")
+_TIMESTEP = field("m", "opt.timestep")
+#: RK4 wants the rate of the wet share at an instant: over this part of a step.
+_INSTANT = 1.0 / 1024.0
 _CAUSES = 6 * len(t_.CAUSES)
 _INERTIAS = 36 * t_.INERTIAS
 _STRIPS = t_.MAX_STRIPS
@@ -36,12 +43,12 @@ _STRIP_VALUES = POINT * t_.MAX_STRIPS
 
 
 @njit
-def _water_at_body(data, table, p, R, x, time, points, wet, nu_w, acc_w):
-    """Water twist nu_w (6) and acceleration acc_w (6) the body feels; wet part of every point.
+def _water_at_body(data, table, p, R, x, nu, time, back, points, wet, state, nu_w, acc_w):
+    """Water twist nu_w (6) and acceleration acc_w (6) the body feels; wet parts and state.
 
     A body with strips gets the rigid motion that fits the water motion along its length best
     (weighted least squares of the transverse components); without strips, the motion at its
-    centre of buoyancy. Returns the mean wet fraction.
+    centre of buoyancy.
     """
     small = scratch(16)
     first, step = small, advance(small, 3)
@@ -73,25 +80,12 @@ def _water_at_body(data, table, p, R, x, time, points, wet, nu_w, acc_w):
             for i in range(3):
                 g[3 * part + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c
 
-    # wet part: 1 unless the body is near the surface
-    half = p[t_.B_HALF_HEIGHT]
-    reach = half + table[t_.E_CREST]
-    mean_wet = 0.0
-    slant = abs(R[6])
-    if strips:
-        half = half * math.sqrt(max(1.0 - slant * slant, 0.0)) + 0.5 * p[t_.B_STRIP_DX] * slant
     weights = advance(table, int(p[t_.B_STRIP_WEIGHT]))
-    for j in range(count):
-        px, py, pz = first[0] + j * step[0], first[1] + j * step[1], first[2] + j * step[2]
-        fraction = 1.0
-        if half > 0.0 and pz > -reach:
-            depth = elevation(table, px, py, time) - pz
-            if strips:
-                fraction = wet_fraction_cylinder(depth, half)
-            else:
-                fraction = wet_fraction_sphere(depth, half)
-        wet[j] = fraction
-        mean_wet += fraction * (weights[j] if strips else 1.0)
+    if p[t_.B_SURFACE] > 0.0:
+        floating_state(data, table, p, R, nu, time, back, state)
+        wet_strips(p, table[int(p[t_.B_SURFACE]) + t_.SF_DRAUGHT], state, wet)
+    else:
+        wet_parts(table, p, R, nu, first, step, count, time, back, wet, state)
 
     for i in range(6):
         nu_w[i] = 0.0
@@ -100,7 +94,7 @@ def _water_at_body(data, table, p, R, x, time, points, wet, nu_w, acc_w):
         for i in range(3):
             nu_w[i] = points[i]
             acc_w[i] = points[3 + i]
-        return mean_wet
+        return
     mean = p[t_.B_STRIP_MEAN]
     vy = vz = ay = az = 0.0
     for j in range(count):
@@ -122,7 +116,6 @@ def _water_at_body(data, table, p, R, x, time, points, wet, nu_w, acc_w):
     nu_w[2] += nu_w[4] * mean
     acc_w[1] -= acc_w[5] * mean
     acc_w[2] += acc_w[4] * mean
-    return mean_wet
 
 
 @njit
@@ -187,14 +180,17 @@ def _slow_munk_moment(data, p, x, A, R, nu, nu_r, f):
 
 
 @njit
-def _damping_loads(p, nu, nu_r, flow, points, wet, mean_wet, f):
-    """Linear damping, and quadratic and cross-flow drag on the motion relative to the particles."""
+def _damping_loads(p, nu, nu_r, flow, points, wet, share, f):
+    """Linear damping, and quadratic and cross-flow drag on the motion relative to the particles.
+
+    share: wet share of the body; the drag of a strip goes with its own wet part.
+    """
     linear, quadratic = advance(p, t_.B_LINEAR), advance(p, t_.B_QUADRATIC)
     for i in range(6):
         force = 0.0
         for j in range(6):
             force += linear[6 * i + j] * nu_r[j] + quadratic[6 * i + j] * abs(flow[j]) * flow[j]
-        f[i] -= mean_wet * force
+        f[i] -= share * force
     drag_y, drag_z = p[t_.B_STRIP_DRAG], p[t_.B_STRIP_DRAG + 1]
     if drag_y == 0.0 and drag_z == 0.0:
         return
@@ -249,6 +245,22 @@ def _displacement_loads(table, p, R, points, wet, buoyancy, pressure):
 
 
 @njit
+def _long_waves(data, table, p, R, x, time, share, nu_w, acc_w, f):
+    """Water about a hull in long waves, nu_w and acc_w (6), and the wet share of their force."""
+    own = advance(floats(data, _XMAT), 9 * int(p[t_.B_BODY]))
+    place, at, force = scratch(3), scratch(3), scratch(6)
+    low_frequency_place(data, p, x, own, place)
+    at[0], at[1], at[2] = place[0], place[1], x[2]
+    for i in range(6):
+        force[i] = 0.0
+    convective = p[t_.B_CONVECTIVE] > 0.0
+    q = advance(table, int(p[t_.B_LONG_WAVE]))
+    long_wave(table, q, R, at, place[2], time, convective, nu_w, acc_w, force)
+    for i in range(6):
+        f[i] += share * force[i]
+
+
+@njit
 def body_loads(model, data, table, p, time, R, nu, f, inertia):
     """Wrenches by cause f (cause, 6) and inertia matrices (INERTIAS, 36) of one body record.
 
@@ -260,23 +272,19 @@ def body_loads(model, data, table, p, time, R, nu, f, inertia):
         f[i] = 0.0
     for i in range(_INERTIAS):
         inertia[i] = 0.0
-    small = scratch(27)
+    small, state = scratch(27), scratch(S_SIZE)
     nu_w, acc_w, nu_r, spin = small, advance(small, 6), advance(small, 12), advance(small, 18)
     flow = advance(small, 21)
+    h = float_value(model, _TIMESTEP)
+    back = h * _INSTANT if runge_kutta(model) else h
     points, wet = scratch(_STRIP_VALUES), scratch(_STRIPS)
     load_axes(data, p, R)
     body_twist(data, p, R, nu)
     turn_rate(data, p, R, nu, spin)
-    mean_wet = _water_at_body(data, table, p, R, x, time, points, wet, nu_w, acc_w)
+    _water_at_body(data, table, p, R, x, nu, time, back, points, wet, state, nu_w, acc_w)
+    share = state[S_SHARE]
     if p[t_.B_LONG_WAVE] > 0.0:
-        q = advance(table, int(p[t_.B_LONG_WAVE]))
-        own = advance(floats(data, _XMAT), 9 * body)
-        place, at = scratch(3), scratch(3)
-        low_frequency_place(data, p, x, own, place)
-        at[0], at[1], at[2] = place[0], place[1], x[2]
-        convective = p[t_.B_CONVECTIVE] > 0.0
-        force = advance(f, 6 * t_.C_WAVES)
-        long_wave(table, q, R, at, place[2], time, convective, nu_w, acc_w, force)
+        _long_waves(data, table, p, R, x, time, share, nu_w, acc_w, advance(f, 6 * t_.C_WAVES))
     for i in range(6):
         nu_r[i] = nu[i] - nu_w[i]
         flow[i] = nu_r[i]
@@ -286,13 +294,16 @@ def body_loads(model, data, table, p, time, R, nu, f, inertia):
         relative_velocity(table, R, x, time, True, nu, flow)
     A = advance(p, t_.B_ADDED_MASS)
     for i in range(36):
-        inertia[i] = A[i]
-    _added_mass_loads(A, nu, nu_r, spin, acc_w, f)
+        inertia[i] = share * A[i]
+    _added_mass_loads(inertia, nu, nu_r, spin, acc_w, f)
     if p[t_.B_SEAKEEPING] > 0.0:
-        _slow_munk_moment(data, p, x, A, R, nu, nu_r, f)
+        _slow_munk_moment(data, p, x, inertia, R, nu, nu_r, f)
     else:
-        _munk_moment(A, flow, advance(nu_r, 3), f)
-    _damping_loads(p, nu, nu_r, flow, points, wet, mean_wet, advance(f, 6 * t_.C_DAMPING))
+        _munk_moment(inertia, flow, advance(nu_r, 3), f)
+    if state[S_ENTERING] > 0.0:
+        # a step can stop no more than what is there: at most twice the acting mass (RK4)
+        entry_loads(A, flow, min(state[S_ENTERING], 2.0 * share / h), f)
+    _damping_loads(p, nu, nu_r, flow, points, wet, share, advance(f, 6 * t_.C_DAMPING))
     buoyancy, waves = advance(f, 6 * t_.C_RESTORING), advance(f, 6 * t_.C_WAVES)
     _displacement_loads(table, p, R, points, wet, buoyancy, waves)
-    elements.apply(model, data, table, p, body, R, nu, flow, time, f, inertia)
+    elements.apply(model, data, table, p, body, R, nu, flow, time, state, f, inertia)

@@ -7,9 +7,7 @@ from numba import njit
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.kernels.headings import heading_rows
 from marine_mj.hydrodynamics.kernels.memory import advance, scratch
-from marine_mj.hydrodynamics.kernels.water import FAST, component, phasors
-
-_WAVES = t_.MAX_WAVES
+from marine_mj.hydrodynamics.kernels.water import FAST, component
 
 
 @njit(fastmath=FAST)
@@ -24,7 +22,7 @@ def _sum(values, cosine, sine, n, out):
 
 
 @njit
-def drift(table, q, R, place, time, f):
+def drift(table, q, R, place, cosine, sine, f):
     """Wave drift in surge, sway and yaw, by mean drift coefficients of the single components.
 
     With theta_i the phase of component i at the low-frequency place, Newman's approximation in its
@@ -37,7 +35,7 @@ def drift(table, q, R, place, time, f):
     lie in the horizontal plane along the low-frequency heading, the moment is about the vertical
     through the body origin.
 
-    place (3): x, y and yaw, see `low_frequency_place`. q: mode (`DRIFT_MODES`), number of headings
+    place (3): x, y and yaw, see `low_frequency_place`, with the phasors of the waves there. q: mode (`DRIFT_MODES`), number of headings
     H, offset of a T [N/m, N m/m] (H, 3, components), or of sum a^2 T [N, N m] (H, 3) for the mean
     alone, yaw of the first heading; cubic between headings.
     """
@@ -50,9 +48,7 @@ def drift(table, q, R, place, time, f):
         push[i] = 0.0
     slow = q[0] == 1.0
     width = n if slow else 1
-    cosine, sine = scratch(_WAVES), scratch(_WAVES)
     if slow:
-        phasors(table, place[0], place[1], time, cosine, sine)
         _sum(component(table, t_.W_AMPLITUDE), cosine, sine, n, total)
     for side in range(4):
         if abs(weights[side]) > 0.0:  # false for NaN

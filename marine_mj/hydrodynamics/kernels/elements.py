@@ -24,6 +24,7 @@ from marine_mj.hydrodynamics.kernels.memory import (
 )
 from marine_mj.hydrodynamics.kernels.panels import panels
 from marine_mj.hydrodynamics.kernels.radiation import memory
+from marine_mj.hydrodynamics.kernels.surface import S_LIMITED, S_SHARE, limit_restoring
 from marine_mj.hydrodynamics.kernels.thrusters import thrust_loss
 from marine_mj.hydrodynamics.kernels.water import FAST, component, phasors, series
 
@@ -33,7 +34,6 @@ _XPOS = field("d", "xpos")
 _XMAT = field("d", "xmat")
 _TIMESTEP = field("m", "opt.timestep")
 _WAVES = t_.MAX_WAVES
-_PHASORS = 2 * t_.MAX_WAVES
 
 
 @njit
@@ -47,7 +47,7 @@ def _rotate_to_body(R, x, y, z, out):
 def restoring(q, own, R, height, f):
     """Linear hydrostatics about the floating equilibrium: -G eta, and what carries the weight.
 
-    own: attitude of the body (9), R: axes of the loads.
+    own: attitude of the body (9), R: axes of the loads. Lift is vertical, whatever the attitude.
     q: G (36, FLU), equilibrium height, weight [N], centre of gravity (3).
     """
     eta = scratch(6)
@@ -58,7 +58,12 @@ def restoring(q, own, R, height, f):
     eta[4] = -math.asin(min(max(own[6], -1.0), 1.0))
     for i in range(6):
         for j in range(2, 5):
-            f[i] -= q[6 * i + j] * eta[j]
+            force = q[6 * i + j] * eta[j]
+            if i == 2:
+                for axis in range(3):
+                    f[axis] -= R[6 + axis] * force
+            else:
+                f[i] -= force
     # the weight of the body acts at its centre of gravity: lift it there
     arm, up = scratch(3), scratch(3)
     for i in range(3):
@@ -84,20 +89,17 @@ def _phasor_sum(real, imaginary, cosine, sine, n):
 
 
 @njit
-def excitation(table, q, R, place, time, f):
+def excitation(table, q, R, place, cosine, sine, f):
     """Wave-exciting wrench of a floating body from its force RAOs.
 
-    place (3): x, y and yaw, see `low_frequency_place`; the forces lie in level axes turned by that
-    yaw. q: path (5, where a run starts, not used here), number of headings H, offset of (H, 6, 2,
+    place (3): x, y and yaw, see `low_frequency_place`, with the phasors of the waves there; the
+    forces lie in level axes turned by that yaw. q: path (5, where a run starts, not used here), number of headings H, offset of (H, 6, 2,
     components): complex force per component, level axes, phase taken at the body origin; yaw of
     the first heading. Cubic between headings.
     """
     n = int(table[t_.E_WAVES])
     if n == 0:
         return
-    work = scratch(_PHASORS)
-    cosine, sine = work, advance(work, _WAVES)
-    phasors(table, place[0], place[1], time, cosine, sine)
     small = scratch(13)
     weights, total, turned = small, advance(small, 4), advance(small, 10)
     headings = int(q[5])
@@ -299,21 +301,49 @@ def tank(data, q, R, nu, gravity, f, inertia):
 
 
 @njit
-def apply(model, data, table, record, body, R, nu, flow, time, f, inertia):
-    """All elements of one body record; flow (6): its velocity relative to the water particles."""
+def _faded(kind, surface):
+    """Whether a law fades with the wet share of the body: wave forces, memory of a floating body.
+
+    The pressure on panels knows itself what is wet.
+    """
+    return kind == t_.EXCITATION or kind == t_.DRIFT or (kind == t_.MEMORY and surface > 0)
+
+
+@njit
+def apply(model, data, table, record, body, R, nu, flow, time, state, f, inertia):
+    """All elements of one body record.
+
+    flow (6): velocity of the body relative to the water particles. state: how wet it is
+    (`kernels.surface`).
+    """
+    share, surface = state[S_SHARE], int(record[t_.B_SURFACE])
+    before = scratch(12)
+    waves, radiation = advance(f, 6 * t_.C_WAVES), advance(f, 6 * t_.C_RADIATION)
     own = advance(floats(data, _XMAT), 9 * body)
     x = advance(floats(data, _XPOS), 3 * body)
     count = int(record[t_.B_ELEMENTS])
     start = int(record[t_.B_ELEMENT_DATA])
     place = scratch(3)
     low_frequency_place(data, record, x, own, place)
+    cosine, sine = scratch(_WAVES), scratch(_WAVES)
+    known = False
     for _ in range(count):
         kind = table[start + t_.EL_KIND]
         q = advance(table, start + t_.EL_DATA)
+        fading = share < 1.0 and _faded(kind, surface)
+        if fading:
+            for i in range(6):
+                before[i], before[6 + i] = waves[i], radiation[i]
+        if (kind == t_.EXCITATION or kind == t_.DRIFT) and not known:
+            phasors(table, place[0], place[1], time, cosine, sine)
+            known = True
         if kind == t_.RESTORING:
             restoring(q, own, R, x[2], advance(f, 6 * t_.C_RESTORING))
+            if state[S_LIMITED] > 0.0:
+                force = advance(f, 6 * t_.C_RESTORING)
+                limit_restoring(advance(table, surface), q, own, R, x[2], state, force)
         elif kind == t_.EXCITATION:
-            excitation(table, q, R, place, time, advance(f, 6 * t_.C_WAVES))
+            excitation(table, q, R, place, cosine, sine, advance(f, 6 * t_.C_WAVES))
         elif kind == t_.PRESCRIBED:
             force = advance(f, 6 * t_.C_PRESCRIBED)
             matrix = advance(inertia, 36 * t_.M_PRESCRIBED)
@@ -327,11 +357,16 @@ def apply(model, data, table, record, body, R, nu, flow, time, f, inertia):
         elif kind == t_.THRUSTERS:
             thrust_loss(data, q, own, R, flow, advance(f, 6 * t_.C_THRUST_LOSS))
         elif kind == t_.DRIFT:
-            drift(table, q, R, place, time, advance(f, 6 * t_.C_WAVES))
+            drift(table, q, R, place, cosine, sine, advance(f, 6 * t_.C_WAVES))
         elif kind == t_.MEMORY:
             force = advance(f, 6 * t_.C_RADIATION)
-            memory(model, data, table, record, q, R, nu, time, force)
+            drive = share if surface > 0 else 1.0
+            memory(model, data, table, record, q, R, nu, time, drive, force)
         elif kind == t_.PANELS:
-            still, waves = advance(f, 6 * t_.C_RESTORING), advance(f, 6 * t_.C_WAVES)
+            still = advance(f, 6 * t_.C_RESTORING)
             panels(table, q, own, R, x, time, still, waves)
+        if fading:
+            for i in range(6):
+                waves[i] = before[i] + share * (waves[i] - before[i])
+                radiation[i] = before[6 + i] + share * (radiation[i] - before[6 + i])
         start += int(table[start + t_.EL_SIZE])

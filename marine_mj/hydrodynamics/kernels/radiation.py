@@ -7,6 +7,9 @@ MuJoCo's semi-implicit integrators do `act += h act_dot` with the velocity of th
 move the body with the velocity of its end. Their rate is that of the exact solution over the step
 with nu held, and the force takes the states at the end of the same step: then it is in phase with
 the position, and not late by a step. RK4 gets the derivative and the states as they are.
+
+Where a body leaves the water, its wet share s scales the velocity that drives the states and the
+force that they give alike: then the memory takes energy only, however fast s changes.
 """
 
 from numba import njit
@@ -26,6 +29,7 @@ from marine_mj.hydrodynamics.kernels.memory import (
     floats,
     scratch,
 )
+from marine_mj.hydrodynamics.kernels.surface import S_SHARE, S_SIZE, floating_state
 from marine_mj.hydrodynamics.kernels.water import FAST
 
 _ACT = field("d", "act")
@@ -59,11 +63,13 @@ def _relative_twist(table, p, R, x, time, nu, out):
 
 
 @njit
-def memory(model, data, table, p, q, R, nu, time, f):
-    """Radiation force f (6) of one body beside that of A(inf)."""
+def memory(model, data, table, p, q, R, nu, time, share, f):
+    """Radiation force f (6) of one body beside that of A(inf), yet to be faded by its wet share."""
     x = advance(floats(data, _XPOS), 3 * int(p[t_.B_BODY]))
     nu_r = scratch(6)
     _relative_twist(table, p, R, x, time, nu, nu_r)
+    for i in range(6):
+        nu_r[i] *= share
     all_real, all_imag = scratch(_POLES), scratch(_POLES)
     ahead = not runge_kutta(model)
     if ahead:
@@ -148,5 +154,10 @@ def memory_rates(model, data, table, number, time):
             body_twist(data, p, R, nu)
             x = advance(floats(data, _XPOS), 3 * int(p[t_.B_BODY]))
             _relative_twist(table, p, R, x, time, nu, nu_r)
+            if p[t_.B_SURFACE] > 0.0:
+                state = scratch(S_SIZE)
+                floating_state(data, table, p, R, nu, time, float_value(model, _TIMESTEP), state)
+                for i in range(6):
+                    nu_r[i] *= state[S_SHARE]
             _rates(model, data, advance(table, element + t_.EL_DATA), nu_r)
         element += int(table[element + t_.EL_SIZE])
