@@ -35,9 +35,9 @@ def drift(table, q, R, place, cosine, sine, f):
     lie in the horizontal plane along the low-frequency heading, the moment is about the vertical
     through the body origin.
 
-    place (3): x, y and yaw, see `low_frequency_place`, with the phasors of the waves there. q: mode (`DRIFT_MODES`), number of headings
-    H, offset of a T [N/m, N m/m] (H, 3, components), or of sum a^2 T [N, N m] (H, 3) for the mean
-    alone, yaw of the first heading; cubic between headings.
+    place (3): x, y and yaw, see `low_frequency_place`, with the phasors of the waves there. q: mode
+    (`DRIFT_MODES`), number of headings H, offset of a T [N/m, N m/m] (H, 3, components), or of sum
+    a^2 T [N, N m] (H, 3) for the mean alone, yaw of the first heading; cubic between headings.
     """
     n = int(table[t_.E_WAVES])
     headings = int(q[1])

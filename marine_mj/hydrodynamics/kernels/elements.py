@@ -93,9 +93,9 @@ def excitation(table, q, R, place, cosine, sine, f):
     """Wave-exciting wrench of a floating body from its force RAOs.
 
     place (3): x, y and yaw, see `low_frequency_place`, with the phasors of the waves there; the
-    forces lie in level axes turned by that yaw. q: path (5, where a run starts, not used here), number of headings H, offset of (H, 6, 2,
-    components): complex force per component, level axes, phase taken at the body origin; yaw of
-    the first heading. Cubic between headings.
+    forces lie in level axes turned by that yaw. q: path (5, where a run starts, not used here),
+    number of headings H, offset of (H, 6, 2, components): complex force per component, level axes,
+    phase taken at the body origin; yaw of the first heading. Cubic between headings.
     """
     n = int(table[t_.E_WAVES])
     if n == 0:
