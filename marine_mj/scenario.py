@@ -135,11 +135,15 @@ class Wind(Settings):
         gusts: whether to add the gust spectrum.
     """
 
+        height_exponent: a vehicle feels this wind times `(z / 10 m)^height_exponent`, z the height
+            of the centroid of its lateral area; 0.12 over open sea (DNV-RP-C205, Table 2-1), 0:
+            the same wind at all heights.
     speed: NotNegative = 0.0
     direction_deg: float = 0.0
     gusts: bool = True
 
 
+    height_exponent: Annotated[float, Field(ge=0, le=1)] = 0.12
 class HeadingControl(Settings):
     """Yaw moment `-stiffness psi - damping r` that holds the start heading, within a limit.
 

@@ -75,6 +75,12 @@ THRUSTERS = 10.0
 EL_KIND, EL_SIZE, EL_DATA = 0, 1, 2
 #: Modes of the drift element.
 DRIFT_MODES = {"mean": 0.0, "slow": 1.0}
+# wind: areas (front, lateral), length, height of the lateral centroid above the origin, share of
+# the wind at 10 m that blows there, law, 1 with a roll coefficient of its own; the law's numbers
+(WD_FRONT, WD_LATERAL, WD_LENGTH, WD_HEIGHT, WD_PROFILE, WD_LAW, WD_ROLL, WD_DATA) = range(8)
+WIND_CONSTANT, WIND_TABLE, WIND_BLENDERMANN = 0.0, 1.0, 2.0
+# wind table: number of rows, then gamma (rising from 0 to 2 pi), C_X, C_Y, C_N, C_K of each (FRD)
+WT_ROWS, WT_DATA, WT_COLUMNS = 0, 1, 5
 # thrusters: their number, then a row of each
 TH_COUNT, TH_ROWS = 0, 1
 #: Row of a thruster: address of its state; 1: in `act`, 0: in `ctrl`; force per unit; limits of the
