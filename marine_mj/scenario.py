@@ -40,7 +40,7 @@ class Sea(Settings):
             directions only. Left out: `irregular_sea`.
         frequency_sampling: "random_in_bin" (does not repeat) or "midpoint" (docking study).
         spreading: exponent s of cos^2s directional spreading; left out: long-crested.
-        depth: water depth, m; left out: deep water.
+        depth: water depth, m, with a sea bed that vehicles touch; left out: deep water.
         stretching: particle motion above the mean level.
     """
 
@@ -298,6 +298,19 @@ class Scenario(SettingsFile):
 
     @property
     def nominal(self) -> "Scenario":
+    @model_validator(mode="after")
+    def _above_the_bed(self) -> "Scenario":
+        """Refuse a start below the sea bed."""
+        depth = self.sea.depth
+        for instance, vehicle in self.vehicles.items():
+            if depth is not None and vehicle.position_ned[2] >= depth:
+                raise ValueError(
+                    f"vehicles.{instance}.position_ned starts "
+                    f"{vehicle.position_ned[2]:g} m deep, below the sea bed at sea.depth = "
+                    f"{depth:g} m: start it higher, or take deeper water"
+                )
+        return self
+
         """The scenario as controllers know it: without the factors of `Vehicle.scale`."""
         changes: dict[str, Any] = {
             f"vehicles.{name}.scale": {} for name, v in self.vehicles.items() if v.scale

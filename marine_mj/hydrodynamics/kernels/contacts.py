@@ -105,8 +105,8 @@ def contact_sums(model, data, table):
         contact = contact_at(data, _CONTACTS, _SIZE, number)
         geoms = inline_ints(contact, _GEOMS)
         first, second = geoms[0], geoms[1]
-        if first < 0 or second < 0:
-            continue
+        if first < 0 or second < 0 or body[first] == 0 or body[second] == 0:
+            continue  # body 0 is the world: the sea bed is no vehicle
         if root[body[first]] != root[body[second]]:
             mj_contactForce(model, data, number, wrench)
             bodies[0], bodies[1] = body[first], body[second]

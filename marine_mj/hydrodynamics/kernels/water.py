@@ -17,6 +17,8 @@ from marine_mj.hydrodynamics.kernels.memory import advance, scratch
 FAST = {"reassoc", "contract", "nsz", "arcp"}
 
 _WAVES = t_.MAX_WAVES
+#: Share of its depth that the water keeps in Wheeler's stretching, as in `environment.WaveField`.
+LEAST_WATER = 1e-3
 #: Values per point: velocity, acceleration (world).
 POINT = 6
 
@@ -61,11 +63,16 @@ def elevation(table, x, y, time):
 
 @njit(fastmath=FAST)
 def _depth_factors(table, z, rising, falling):
-    """Orbital speed of every component at height z, split as cosh +- sinh: a omega e^{+-k(z+h)}."""
+    """Orbital speed of every component at height z, split as cosh +- sinh: a omega e^{+-k(z+h)}.
+
+    Points below the bed count as at the bed, as in `environment.WaveField`.
+    """
     n = int(table[t_.E_WAVES])
     k = component(table, t_.W_K)
     speed = component(table, t_.W_SPEED)
     depth = table[t_.E_DEPTH]
+    if depth > 0.0:
+        z = max(z, -depth)
     for i in range(n):
         rising[i] = speed[i] * exponential(k[i] * z)
     if depth > 0.0:
@@ -191,6 +198,12 @@ def _add_current(table, z, time, convective, out, gradient, velocity, rate, shea
         out[5] += shear[2] * w
 
 
+@njit(inline="always")
+def water_left(zeta, depth):
+    """Depth of the water below the surface over that of still water: 1 + zeta / h, kept > 0."""
+    return max(1.0 + zeta / depth, LEAST_WATER) if depth > 0.0 else 1.0
+
+
 @njit
 def _stretched(table, x, y, z, time):
     """Height at which the linear kinematics are evaluated."""
@@ -201,7 +214,7 @@ def _stretched(table, x, y, z, time):
         zeta = elevation(table, x, y, time)
         depth = table[t_.E_DEPTH]
         z = min(z, zeta)  # a point in the air gets the surface value
-        return (z - zeta) / (1.0 + zeta / depth) if depth > 0.0 else z - zeta
+        return (z - zeta) / water_left(zeta, depth)
     return z
 
 
@@ -271,8 +284,11 @@ def water_row(table, first, step, count, time, orbital, convective, out):
             _add_current(table, z, time, convective, point, gradient, velocity, rate, shear)
         return
     mode = table[t_.E_STRETCHING]
-    top = max(first[2], first[2] + (count - 1) * step[2])
-    straight = mode == 0.0 or (mode == 1.0 and top <= 0.0)
+    depth = table[t_.E_DEPTH]
+    last = first[2] + (count - 1) * step[2]
+    straight = mode == 0.0 or (mode == 1.0 and max(first[2], last) <= 0.0)
+    if depth > 0.0 and not min(first[2], last) >= -depth:
+        straight = False  # heights below the bed are held: no constant factor between neighbours
     if straight and count > 1:
         turn_c, turn_s = scratch(_WAVES), scratch(_WAVES)
         rise, fall = scratch(_WAVES), scratch(_WAVES)

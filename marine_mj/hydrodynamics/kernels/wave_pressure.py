@@ -18,7 +18,7 @@ from numba import njit
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.kernels.functions import exponential
 from marine_mj.hydrodynamics.kernels.memory import advance, scratch
-from marine_mj.hydrodynamics.kernels.water import FAST, component, phasors, turn
+from marine_mj.hydrodynamics.kernels.water import FAST, component, phasors, turn, water_left
 
 _WAVES = t_.MAX_WAVES
 _NODES = t_.MAX_NODES
@@ -156,8 +156,29 @@ def _submersion(n, z, depth, below, stretched):
     for i in range(n):
         zeta = below[i]
         below[i] = zeta - z[i]
-        factor = 1.0 / (1.0 + zeta / depth) if depth > 0.0 else 1.0
-        stretched[i] = max(below[i] * factor, 0.0)
+        stretched[i] = min(max(below[i] / water_left(zeta, depth), 0.0), bed)
+
+
+@njit(fastmath=FAST)
+def _crests(n, along, across, start, amplitude, u, v, crest, level):
+    """One component at the vertices: crest (n) = a cos(theta), added to level (n)."""
+    for i in range(n):
+        _s, c = sin_cos(start + along * u[i] + across * v[i])
+        crest[i] = amplitude * c
+        level[i] += crest[i]
+
+
+@njit(fastmath=FAST)
+def _add_defect(n, k, depth, crest, stretched, defect):
+    """defect (n) += crest (1 - C(s)) of one component at the vertices."""
+    if depth > 0.0:
+        scale = 1.0 / (1.0 + exponential(-2.0 * k * depth))
+        for i in range(n):
+            up = exponential(-k * stretched[i]) + exponential(k * (stretched[i] - 2.0 * depth))
+            defect[i] += crest[i] * (1.0 - scale * up)
+    else:
+        for i in range(n):
+            defect[i] += crest[i] * (1.0 - exponential(-k * stretched[i]))
 
 
 @njit(fastmath=FAST)
