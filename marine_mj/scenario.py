@@ -38,7 +38,9 @@ class Sea(Settings):
         normals: 2 N standard normals for N components: the sea is `environment.gaussian_sea` of
             them, so that its amplitudes are random too; the seed then draws frequencies and
             directions only. Left out: `irregular_sea`.
-        frequency_sampling: "random_in_bin" (does not repeat) or "midpoint" (docking study).
+        frequency_sampling: "equal_energy": bins that are narrow where the energy is;
+            "random_in_bin": equal bins; "midpoint": the docking study's grid, which repeats; left
+            out: "equal_energy", for the spectrum "docking_jonswap" "random_in_bin".
         spreading: exponent s of cos^2s directional spreading; left out: long-crested.
         depth: water depth, m, with a sea bed that vehicles touch; left out: deep water.
         stretching: particle motion above the mean level.
@@ -56,7 +58,7 @@ class Sea(Settings):
     direction_deg: float = 0.0
     components: Annotated[int, Field(ge=1, le=500)] = 100
     normals: tuple[float, ...] | None = None
-    frequency_sampling: Literal["random_in_bin", "midpoint"] = "random_in_bin"
+    frequency_sampling: Literal["equal_energy", "random_in_bin", "midpoint"] | None = None
     spreading: Positive | None = None
     depth: Positive | None = None
     stretching: Literal["constant", "wheeler", "none"] = "constant"
@@ -133,17 +135,17 @@ class Wind(Settings):
         speed: mean, m/s.
         direction_deg: towards which it blows, clockwise from north.
         gusts: whether to add the gust spectrum.
-    """
-
         height_exponent: a vehicle feels this wind times `(z / 10 m)^height_exponent`, z the height
             of the centroid of its lateral area; 0.12 over open sea (DNV-RP-C205, Table 2-1), 0:
             the same wind at all heights.
+    """
+
     speed: NotNegative = 0.0
     direction_deg: float = 0.0
     gusts: bool = True
-
-
     height_exponent: Annotated[float, Field(ge=0, le=1)] = 0.12
+
+
 class HeadingControl(Settings):
     """Yaw moment `-stiffness psi - damping r` that holds the start heading, within a limit.
 
@@ -296,8 +298,6 @@ class Scenario(SettingsFile):
                 )
         return self
 
-    @property
-    def nominal(self) -> "Scenario":
     @model_validator(mode="after")
     def _above_the_bed(self) -> "Scenario":
         """Refuse a start below the sea bed."""
@@ -311,6 +311,8 @@ class Scenario(SettingsFile):
                 )
         return self
 
+    @property
+    def nominal(self) -> "Scenario":
         """The scenario as controllers know it: without the factors of `Vehicle.scale`."""
         changes: dict[str, Any] = {
             f"vehicles.{name}.scale": {} for name, v in self.vehicles.items() if v.scale

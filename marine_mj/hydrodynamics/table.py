@@ -105,8 +105,13 @@ P_WAVES = 4  # 1: with the pressure of the incident waves
 P_COUNTS = 5  # Chebyshev nodes along, across and downwards (3); 0: summed at every vertex
 P_NODES = 8  # their places in [-1, 1] (3, MAX_NODES)
 P_TRANSFORMS = 56  # from values at the nodes to coefficients (3, MAX_NODES, MAX_NODES)
-P_SIZE = 824
+#: Number of components, from the longest on, that the nodes serve; the others are summed at every
+#: vertex.
+P_LONG = 824
+P_SIZE = 825
 MAX_NODES = 16
+#: Most components that are summed at every vertex beside the nodes.
+MAX_SHORT = 32
 PANEL_COLUMNS = 6
 MAX_HULL_VERTICES = 1024
 MAX_HULL_TRIANGLES = 2048
