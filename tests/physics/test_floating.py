@@ -98,6 +98,7 @@ def played_back(database, sea, pose, t):
         rao = np.array(
             [np.interp(w, omega, t_.real) + 1j * np.interp(w, omega, t_.imag) for t_ in table.T]
         )
+        rao = rao if w <= omega[-1] else np.zeros(6)  # short waves do not move it
         theta = k * (x * np.cos(b) + y * np.sin(b)) - w * t + phase
         deviation += np.real(rao * a * np.exp(1j * theta))
     c, s = np.cos(yaw), np.sin(yaw)

@@ -16,7 +16,6 @@ from marine_mj.hydrodynamics.kernels.memory import advance, field, floats, scrat
 from marine_mj.hydrodynamics.kernels.shelter import shelter
 from marine_mj.hydrodynamics.kernels.water import (
     POINT,
-    elevation,
     water_row,
     wet_fraction_cylinder,
     wet_fraction_sphere,
@@ -52,7 +51,14 @@ def _water_at_body(data, table, p, R, x, time, points, wet, nu_w, acc_w):
             first[i] = x[i]
             step[i] = 0.0
     orbital, convective = p[t_.B_SEAKEEPING] == 0.0, p[t_.B_CONVECTIVE] > 0.0
-    water_row(table, first, step, count, time, orbital, convective, points)
+    half = p[t_.B_HALF_HEIGHT]
+    reach = half + table[t_.E_CREST]
+    slant = abs(R[6])
+    if strips:
+        half = half * math.sqrt(max(1.0 - slant * slant, 0.0)) + 0.5 * p[t_.B_STRIP_DX] * slant
+    surface = scratch(_STRIPS)
+    near = half > 0.0 and max(first[2], first[2] + (count - 1) * step[2]) > -reach
+    water_row(table, first, step, count, time, orbital, convective, near, points, surface)
     if p[t_.B_SHELTER] > 0.0:
         q = advance(table, int(p[t_.B_SHELTER]))
         shelter(data, table, q, first, step, count, time, points)
@@ -66,18 +72,13 @@ def _water_at_body(data, table, p, R, x, time, points, wet, nu_w, acc_w):
                 g[3 * part + i] = R[i] * a + R[3 + i] * b + R[6 + i] * c
 
     # wet part: 1 unless the body is near the surface
-    half = p[t_.B_HALF_HEIGHT]
-    reach = half + table[t_.E_CREST]
     mean_wet = 0.0
-    slant = abs(R[6])
-    if strips:
-        half = half * math.sqrt(max(1.0 - slant * slant, 0.0)) + 0.5 * p[t_.B_STRIP_DX] * slant
     weights = advance(table, int(p[t_.B_STRIP_WEIGHT]))
     for j in range(count):
-        px, py, pz = first[0] + j * step[0], first[1] + j * step[1], first[2] + j * step[2]
+        pz = first[2] + j * step[2]
         fraction = 1.0
-        if half > 0.0 and pz > -reach:
-            depth = elevation(table, px, py, time) - pz
+        if near and pz > -reach:
+            depth = surface[j] - pz
             if strips:
                 fraction = wet_fraction_cylinder(depth, half)
             else:
