@@ -3,10 +3,9 @@
 import mujoco
 
 from marine_mj.errors import ScenarioError
+from marine_mj.hydrodynamics.table import SEA_BED
 from marine_mj.scenario import Scenario
 
-#: Name of its geom.
-SEA_BED = "sea_bed"
 #: Sliding, torsional and rolling friction (a choice of ours: MuJoCo's default but for the first,
 #: lower because a hull on sand slides before it tips).
 FRICTION = (0.5, 0.005, 0.0001)

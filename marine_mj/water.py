@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from marine_mj import textures
 from marine_mj.errors import RenderError
-from marine_mj.sea_bed import SEA_BED
+from marine_mj.hydrodynamics.table import SEA_BED
 from marine_mj.textures import Palette
 from marine_mj.water_shading import Shader
 

@@ -22,6 +22,8 @@ H_SENSOR, H_FORBIDDEN, H_FORBIDDEN_DATA = 5, 6, 7
 CONTACT_SENSOR = "marine_mj/contacts"
 (S_FORCE, S_FORBIDDEN, S_POWER, S_PENETRATION, CONTACT_VALUES) = range(5)
 FORBIDDEN = "forbidden_"
+#: Name of the geom that is the sea bed of a scene.
+SEA_BED = "sea_bed"
 
 # environment block, right behind the header
 E_DENSITY = 8
@@ -34,7 +36,9 @@ E_CREST = 14  # upper bound of |elevation|
 E_LEVELS, E_LEVEL_DATA = 15, 16  # current profile: z (n), then velocity (n, 3)
 E_KNOTS, E_INTERVAL, E_KNOT_DATA = 17, 18, 19  # current fluctuation (m, 3)
 E_WIND_KNOTS, E_WIND_INTERVAL, E_WIND_DATA, E_AIR_DENSITY = 20, 21, 22, 23
-FIXED_SIZE = 24
+#: Geom of the sea bed plus 1 (0: none): its contacts are none of the contact sensor's.
+E_BED = 24
+FIXED_SIZE = 25
 
 STRETCHING = {"none": 0.0, "constant": 1.0, "wheeler": 2.0}
 

@@ -12,10 +12,9 @@ from marine_mj import simulation
 from marine_mj.environment import Current, Environment, WaveField, calm, irregular_sea
 from marine_mj.errors import ScenarioError
 from marine_mj.hydrodynamics.floating import Pose
-from marine_mj.hydrodynamics.table import CONTACT_SENSOR
+from marine_mj.hydrodynamics.table import CONTACT_SENSOR, SEA_BED
 from marine_mj.scenario import Scenario
 from marine_mj.scene import compile_scene
-from marine_mj.sea_bed import SEA_BED
 from marine_mj.validation import panels
 from marine_mj.water import SEABED, add_scenery
 
