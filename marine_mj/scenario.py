@@ -38,9 +38,11 @@ class Sea(Settings):
         normals: 2 N standard normals for N components: the sea is `environment.gaussian_sea` of
             them, so that its amplitudes are random too; the seed then draws frequencies and
             directions only. Left out: `irregular_sea`.
-        frequency_sampling: "random_in_bin" (does not repeat) or "midpoint" (docking study).
+        frequency_sampling: "equal_energy": bins that are narrow where the energy is;
+            "random_in_bin": equal bins; "midpoint": the docking study's grid, which repeats; left
+            out: "equal_energy", for the spectrum "docking_jonswap" "random_in_bin".
         spreading: exponent s of cos^2s directional spreading; left out: long-crested.
-        depth: water depth, m; left out: deep water.
+        depth: water depth, m, with a sea bed that vehicles touch; left out: deep water.
         stretching: particle motion above the mean level.
     """
 
@@ -56,7 +58,7 @@ class Sea(Settings):
     direction_deg: float = 0.0
     components: Annotated[int, Field(ge=1, le=500)] = 100
     normals: tuple[float, ...] | None = None
-    frequency_sampling: Literal["random_in_bin", "midpoint"] = "random_in_bin"
+    frequency_sampling: Literal["equal_energy", "random_in_bin", "midpoint"] | None = None
     spreading: Positive | None = None
     depth: Positive | None = None
     stretching: Literal["constant", "wheeler", "none"] = "constant"
@@ -133,11 +135,15 @@ class Wind(Settings):
         speed: mean, m/s.
         direction_deg: towards which it blows, clockwise from north.
         gusts: whether to add the gust spectrum.
+        height_exponent: a vehicle feels this wind times `(z / 10 m)^height_exponent`, z the height
+            of the centroid of its lateral area; 0.12 over open sea (DNV-RP-C205, Table 2-1), 0:
+            the same wind at all heights.
     """
 
     speed: NotNegative = 0.0
     direction_deg: float = 0.0
     gusts: bool = True
+    height_exponent: Annotated[float, Field(ge=0, le=1)] = 0.12
 
 
 class HeadingControl(Settings):
@@ -294,6 +300,19 @@ class Scenario(SettingsFile):
                 raise ValueError(
                     f"vehicles.{instance}.sheltered_by is {vehicle.sheltered_by!r}; allowed is "
                     f"another vehicle of the scenario: {', '.join(others) or 'there is none'}"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _above_the_bed(self) -> "Scenario":
+        """Refuse a start below the sea bed."""
+        depth = self.sea.depth
+        for instance, vehicle in self.vehicles.items():
+            if depth is not None and vehicle.position_ned[2] >= depth:
+                raise ValueError(
+                    f"vehicles.{instance}.position_ned starts "
+                    f"{vehicle.position_ned[2]:g} m deep, below the sea bed at sea.depth = "
+                    f"{depth:g} m: start it higher, or take deeper water"
                 )
         return self
 

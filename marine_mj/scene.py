@@ -19,6 +19,7 @@ from marine_mj.hydrodynamics.numerics import SCALABLE
 from marine_mj.library import find_model
 from marine_mj.scenario import HeadingControl, Scenario, Vehicle
 from marine_mj.scene_choices import choose_integrator
+from marine_mj.sea_bed import add_sea_bed, check_start
 from marine_mj.weather import environment_of
 
 if TYPE_CHECKING:
@@ -74,6 +75,7 @@ def compile_scene(
 
     Raises:
         ModelError: a model does not exist or cannot be simulated as asked.
+        ScenarioError: a vehicle starts in the sea bed.
     """
     environment = environment_of(scenario) if environment is None else environment
     spec = build_scene(scenario)
@@ -81,6 +83,7 @@ def compile_scene(
         scenery(spec)
     spec.compiler.discardvisual = not visual
     model = hydrodynamics.compile_spec(spec, environment, body_settings(scenario, spec))
+    check_start(scenario, model)
     return Scene(scenario, model, environment)
 
 
@@ -109,6 +112,8 @@ def build_scene(scenario: Scenario) -> mujoco.MjSpec:
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     if not scenario.contact:
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    if scenario.sea.depth is not None:
+        add_sea_bed(spec, scenario.sea.depth)
     for instance, vehicle in scenario.vehicles.items():
         _attach_vehicle(spec, instance, vehicle)
         if vehicle.heading_control is not None:

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from marine_mj import textures
 from marine_mj.errors import RenderError
+from marine_mj.hydrodynamics.table import SEA_BED
 from marine_mj.textures import Palette
 from marine_mj.water_shading import Shader
 
@@ -103,7 +104,7 @@ def add_scenery(
     spec: mujoco.MjSpec,
     *,
     size: tuple[int, int] = (960, 540),
-    seabed_depth: float = 10.0,
+    seabed_depth: float | None = None,
     spacing: float = 0.6,
     core: float = 10.0,
     radius: float = 2500.0,
@@ -114,8 +115,8 @@ def add_scenery(
     Args:
         spec: a scene; whatever it has stays. Existing lights are left alone.
         size: largest picture (width, height) in pixels that will be rendered.
-        seabed_depth: depth of the visible seabed below still water, m. A picture only: it need
-            not be the depth of the wave field.
+        seabed_depth: depth of the visible seabed below still water, m. A picture only. None: where
+            the scene has its sea bed; 10 m in a scene without, whose water is deep.
         spacing, core, radius: grid of the sheet, see `sheet_axis`, m.
         palette: colours; default day.
 
@@ -125,6 +126,9 @@ def add_scenery(
     if any(mesh.name == TOP for mesh in spec.meshes):
         raise RenderError(f"the scene has a mesh '{TOP}' already: add_scenery was called twice")
     palette = palette or Palette()
+    if seabed_depth is None:
+        bed = spec.geom(SEA_BED)
+        seabed_depth = 10.0 if bed is None else -float(bed.pos[2])
     _set_visual(spec, size, palette)
     axis = sheet_axis(spacing, core, radius)
     texels, index = texel_axis(axis, core)

@@ -109,10 +109,11 @@ def _current(scenario: Scenario, duration: float, seed: np.random.SeedSequence) 
 def _wind(scenario: Scenario, duration: float, seed: np.random.SeedSequence) -> Wind:
     """Steady or gusty wind."""
     settings = scenario.wind
+    exponent = settings.height_exponent
     direction = _direction(settings.direction_deg)
     if settings.gusts and settings.speed > 0:
-        return gusty_wind(settings.speed, direction, duration, seed=seed)
-    return steady_wind(settings.speed, direction)
+        return gusty_wind(settings.speed, direction, duration, seed=seed, height_exponent=exponent)
+    return steady_wind(settings.speed, direction, height_exponent=exponent)
 
 
 def _direction(direction_deg: float) -> float:

@@ -16,6 +16,8 @@ Stretching = Literal["constant", "wheeler", "none"]
 
 #: Entries of one (points, components) work array: 1 MB, so that it stays in the cache.
 _BLOCK = 2**17
+#: Share of its depth that the water keeps in Wheeler's stretching where a trough reaches the bed.
+LEAST_WATER = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +34,8 @@ class WaveField(Frozen):
     Points below the bed count as at the bed.
 
     - "constant": `z' = min(z, 0)`.
-    - "wheeler": `z' = (z - zeta) / (1 + zeta / h)`, never above 0 (Wheeler 1970).
+    - "wheeler": `z' = (z - zeta) / (1 + zeta / h)`, never above 0 (Wheeler 1970); the divisor is
+      at least 0.001 where a trough reaches the bed.
     - "none": `z' = z`, exponential growth above still water included.
 
     `pressure - rho g z` vanishes at the free surface with "wheeler", and at crests with
@@ -189,7 +192,7 @@ class WaveField(Frozen):
         theta = self._theta(x, y, t)
         if self.stretching == "wheeler":
             zeta = np.cos(theta) @ self.amplitude
-            z = (z - zeta) / (1 + zeta / self.depth)
+            z = (z - zeta) / np.maximum(1 + zeta / self.depth, LEAST_WATER)
         if self.stretching != "none":
             z = np.minimum(z, 0.0)
         kz = np.outer(np.maximum(z, -self.depth), self.wavenumber)

@@ -16,6 +16,8 @@ GustSpectrum = Literal["npd", "harris", "davenport"]
 #: Frequencies of the gust components, Hz: NPD holds from 1/600 Hz to 0.5 Hz.
 GUST_RANGE = (1 / 600, 0.5)
 GUST_COMPONENTS = 200
+#: Exponent of the height profile over open sea with waves (DNV-RP-C205, Table 2-1).
+OPEN_SEA = 0.12
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +29,8 @@ class Wind(Frozen):
         velocity: (m, 3) velocity towards which the air moves, m/s, NWU, at t = 0, interval, ...;
             linear between knots, held after the end; m >= 1.
         air_density: kg/m3.
+        height_exponent: a body feels this wind times `height_factor` at the centroid of its lateral
+            area; 0: the same wind at all heights.
 
     Raises:
         SeaError: an array does not fit or a value is out of range.
@@ -35,6 +39,7 @@ class Wind(Frozen):
     interval: float
     velocity: Array
     air_density: float = 1.225
+    height_exponent: float = OPEN_SEA
 
     def __post_init__(self) -> None:
         """Check and freeze."""
@@ -47,13 +52,15 @@ class Wind(Frozen):
         fix = "1.225 at 15 degrees C"
         density = number("air_density", self.air_density, "kg/m3", fix, above=0)
         object.__setattr__(self, "air_density", density)
+        exponent = _exponent("height_exponent", self.height_exponent)
+        object.__setattr__(self, "height_exponent", exponent)
 
     def velocity_at(self, t: ArrayLike) -> Array:
         """Wind velocity (..., 3) [m/s, NWU] at 10 m height and time t (s)."""
         return interpolate(self.velocity, self.interval, t)
 
 
-def height_factor(height: ArrayLike, exponent: float = 0.12) -> Array:
+def height_factor(height: ArrayLike, exponent: float = OPEN_SEA) -> Array:
     """Mean wind speed at `height` (m, > 0) over that at 10 m: `(height / 10)^exponent`.
 
     The exponent is 0.12 over open sea with waves (DNV-RP-C205, Table 2-1); Hellman's 0.4 (stable
@@ -65,8 +72,7 @@ def height_factor(height: ArrayLike, exponent: float = 0.12) -> Array:
     height = np.asarray(height, dtype=float)
     if not (height > 0).all():
         raise SeaError(f"height is {height} m, allowed is > 0: give the height above the water")
-    exponent = number("exponent", exponent, "", "0.12 over open sea", low=0, high=1)
-    return (height / 10.0) ** exponent
+    return (height / 10.0) ** _exponent("exponent", exponent)
 
 
 def gust_density(frequency: ArrayLike, speed: float, spectrum: GustSpectrum = "npd") -> Array:
@@ -114,18 +120,27 @@ def no_wind(air_density: float = 1.225) -> Wind:
     return Wind(1.0, np.zeros((1, 3)), air_density)
 
 
-def steady_wind(speed: float, direction: float, air_density: float = 1.225) -> Wind:
-    """Constant wind of `speed` (m/s at 10 m) towards `direction` (rad, NWU).
+def steady_wind(
+    speed: float,
+    direction: float,
+    air_density: float = 1.225,
+    height_exponent: float = OPEN_SEA,
+) -> Wind:
+    """Constant wind of `speed` (m/s at 10 m) towards `direction` (rad, NWU), see `Wind`.
 
     Raises:
         SeaError: an argument is out of range.
     """
     speed = _speed(speed)
-    return wind_series([speed], [direction], 1.0, air_density)
+    return wind_series([speed], [direction], 1.0, air_density, height_exponent)
 
 
 def wind_series(
-    speed: ArrayLike, direction: ArrayLike, interval: float, air_density: float = 1.225
+    speed: ArrayLike,
+    direction: ArrayLike,
+    interval: float,
+    air_density: float = 1.225,
+    height_exponent: float = OPEN_SEA,
 ) -> Wind:
     """Wind from series of speed and direction.
 
@@ -134,6 +149,7 @@ def wind_series(
         direction: (m,) direction towards which the air moves, rad, NWU.
         interval: time between knots, s.
         air_density: kg/m3.
+        height_exponent: of the height profile, see `Wind`.
 
     Raises:
         SeaError: an argument is out of range.
@@ -141,7 +157,7 @@ def wind_series(
     speed = np.maximum(array("speed", speed, ("m",), "m/s"), 0.0)
     angle = array("direction", direction, (len(speed),), "rad")
     velocity = np.stack([speed * np.cos(angle), speed * np.sin(angle), 0 * speed], axis=-1)
-    return Wind(interval, velocity, air_density)
+    return Wind(interval, velocity, air_density, height_exponent)
 
 
 def gusty_wind(
@@ -153,6 +169,7 @@ def gusty_wind(
     interval: float = 0.5,
     seed: Seed = 0,
     air_density: float = 1.225,
+    height_exponent: float = OPEN_SEA,
 ) -> Wind:
     """Wind with gusts along its mean direction, from a gust spectrum.
 
@@ -167,6 +184,7 @@ def gusty_wind(
         interval: time between knots, s; 0.5 resolves the highest frequency with four knots.
         seed: integer >= 0, SeedSequence, or a Generator to draw from.
         air_density: kg/m3.
+        height_exponent: of the height profile, see `Wind`.
 
     Raises:
         SeaError: an argument is out of range.
@@ -184,7 +202,8 @@ def gusty_wind(
     gust = np.zeros_like(t)
     for f, a, p in zip(frequency, np.sqrt(2 * variance), phase, strict=True):
         gust += a * np.cos(2 * np.pi * f * t + p)
-    return wind_series(speed + gust, np.full_like(t, direction), interval, air_density)
+    course = np.full_like(t, direction)
+    return wind_series(speed + gust, course, interval, air_density, height_exponent)
 
 
 def wandering_wind(
@@ -201,6 +220,7 @@ def wandering_wind(
     interval: float = 0.5,
     seed: Seed = 0,
     air_density: float = 1.225,
+    height_exponent: float = OPEN_SEA,
 ) -> Wind:
     """Wind whose speed and direction wander slowly, and whose mean direction may turn.
 
@@ -221,6 +241,7 @@ def wandering_wind(
         interval: time between knots, s.
         seed: integer >= 0, SeedSequence, or a Generator to draw from.
         air_density: kg/m3.
+        height_exponent: of the height profile, see `Wind`.
 
     Raises:
         SeaError: an argument is out of range.
@@ -244,9 +265,15 @@ def wandering_wind(
     wander = lfilter([1.0], [1.0, -q], noise * np.sqrt(np.multiply(power, step)), axis=0)
     since = np.maximum(np.arange(count) * interval - turn_start, 0.0)
     mean = direction + turn * (1 - np.exp(-since / turn_time))
-    return wind_series(speed + wander[:, 0], mean + wander[:, 1], interval, air_density)
+    speeds, courses = speed + wander[:, 0], mean + wander[:, 1]
+    return wind_series(speeds, courses, interval, air_density, height_exponent)
 
 
 def _speed(speed: float) -> float:
     """Mean wind speed, checked."""
     return number("speed", speed, "m/s", "give the mean speed; turn the direction instead", low=0)
+
+
+def _exponent(name: str, exponent: float) -> float:
+    """Exponent of a height profile, checked."""
+    return number(name, exponent, "", "0.12 over open sea, 0 for none", low=0, high=1)

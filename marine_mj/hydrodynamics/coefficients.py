@@ -17,6 +17,7 @@ from marine_mj.hydrodynamics.numerics import (
     of_actuators,
     values_and_frames,
 )
+from marine_mj.hydrodynamics.wind import WIND_TYPE, WindLoads, wind_loads
 
 ZERO = np.zeros((6, 6))
 ZERO.flags.writeable = False
@@ -76,7 +77,7 @@ class BodyCoefficients:
     wave_database: str | None = None
     shelter_database: str | None = None
     hull_mesh: str | None = None
-    wind: Array | None = None
+    wind: WindLoads | None = None
     drift: Array | None = None  # (n, 4): omega, reflecting breadth, length [m] and couple [m2]
     tanks: tuple[Tank, ...] = ()
     thrust_loss: tuple[tuple[str, float], ...] = ()  # actuator, N^0.5 s/m
@@ -238,8 +239,6 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
             f"{name!r} has {' and '.join(given)}; allowed is one of displaced_volume, buoyancy "
             "(submerged body) and restoring (floating body)"
         )
-    if "wind" in values and (values["wind"][:3] < 0).any():
-        raise ModelError(f"wind of {name!r} is {values['wind']}; areas and length must be >= 0")
     if "hull_depth" in values and "restoring" not in values:
         raise ModelError(
             f"{name!r} has hull_depth but no restoring, whose lift it limits: allowed is "
@@ -265,7 +264,7 @@ def _one_body(spec: mujoco.MjSpec, name: str, raw: dict[str, Array]) -> BodyCoef
         wave_database=file_of(spec, name, "wave_database"),
         shelter_database=file_of(spec, name, "shelter_database"),
         hull_mesh=hull_mesh_of(spec, name),
-        wind=values.get("wind"),
+        wind=wind_loads(name, values, file_of(spec, name, WIND_TYPE)),
         drift=_drift(name, values["drift"]) if "drift" in values else None,
         tanks=_tanks(name, raw, spec),
         thrust_loss=_thrust_loss(name, raw, spec),

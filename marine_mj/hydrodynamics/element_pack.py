@@ -215,7 +215,8 @@ def pack_elements(
     if drift != "none" and len(waves.omega):
         found.append((t_.DRIFT, np.array(_drift(table, body, environment, drift))))
     if body.wind is not None:  # in still air, too: it brakes
-        found.append((t_.WIND, body.wind))
+        exponent = environment.wind.height_exponent
+        found.append((t_.WIND, body.wind.element(body.equilibrium_height, exponent)))
     if settings.thrust_loss:
         found.append((t_.THRUSTERS, _thrusters(model, body, index)))
     for tank in body.tanks:

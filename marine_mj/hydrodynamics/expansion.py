@@ -18,20 +18,22 @@ _ORDERS = np.arange(t_.MAX_NODES + 60)
 
 
 def _nodes(tails: Array, amplitude: Array, lost: float) -> int:
-    """Fewest nodes with a weighted truncation error below the tolerance; 0 if none are enough.
+    """Fewest nodes with a weighted truncation error of at most `lost`; 0 if none are enough.
 
     tails (order, N): largest sum of all Chebyshev terms from that order on, per component.
     """
-    energy = np.sqrt(np.sum(amplitude**2))
     for n in range(2, t_.MAX_NODES + 1):
         # aliasing doubles the truncation error at most
-        if 2 * np.sqrt(np.sum((amplitude * tails[n]) ** 2)) <= lost * energy:
+        if 2 * np.sqrt(np.sum((amplitude * tails[n]) ** 2)) <= lost:
             return n
     return 0
 
 
-def node_counts(waves: WaveField, extent: Array, vertices: int) -> tuple[int, int, int]:
-    """Nodes along, across and downwards (3); zeros where summing at every vertex is cheaper.
+def node_counts(waves: WaveField, extent: Array, vertices: int) -> tuple[int, int, int, int]:
+    """Nodes along, across and downwards, and the number of components that they serve.
+
+    Short waves need many nodes and have little energy: up to `MAX_SHORT` of them are summed at
+    every vertex, as many as is cheapest. Zeros where summing all of them there is cheaper still.
 
     The Chebyshev coefficients of `cos(kappa t + c)` are at most `2 J_m(kappa)`, those of
     `exp(-kappa (1 + t))` are `2 exp(-kappa) I_m(kappa)` (Jacobi-Anger); the sum of those left out
@@ -44,20 +46,26 @@ def node_counts(waves: WaveField, extent: Array, vertices: int) -> tuple[int, in
         vertices: number of vertices.
     """
     diagonal, section = np.linalg.norm(extent), np.linalg.norm(extent[1:])
-    share = TOLERANCE / 3
-    counts = []
+    lost = TOLERANCE / 3 * np.sqrt(np.sum(waves.amplitude**2))
+    tails = []
     for length, bessel, factor in ((diagonal, jv, 2.0), (section, jv, 2.0), (diagonal, ive, 2.0)):
         kappa = 0.5 * waves.wavenumber * length
         terms = factor * np.abs(bessel(_ORDERS[:, None], kappa))
         # orders beyond the last are far beyond kappa and vanish, where a count is found
-        tails = np.cumsum(terms[::-1], axis=0)[::-1]
-        counts.append(_nodes(tails, waves.amplitude, share))
-    n_x, n_y, n_s = counts
+        tails.append(np.cumsum(terms[::-1], axis=0)[::-1])
     components = len(waves.omega)
-    grid = n_x * n_y * (n_s + 4) * (components + vertices)
-    if 0 in counts or grid > vertices * (_VERTEX + _COMPONENT * components):
-        return 0, 0, 0
-    return n_x, n_y, n_s
+    best = vertices * (_VERTEX + _COMPONENT * components), (0, 0, 0, 0)
+    rising = bool((np.diff(waves.wavenumber) >= 0).all())
+    shortest = max(1, components - t_.MAX_SHORT) if rising else components
+    for long in range(shortest, components + 1):
+        n_x, n_y, n_s = (_nodes(tail[:, :long], waves.amplitude[:long], lost) for tail in tails)
+        if 0 in (n_x, n_y, n_s):
+            break
+        grid = n_x * n_y * (n_s + 4) * (long + vertices)
+        cost = grid + vertices * _COMPONENT * (components - long)
+        if cost < best[0]:
+            best = cost, (n_x, n_y, n_s, long)
+    return best[1]
 
 
 def _gauss(n: int) -> tuple[Array, Array]:
@@ -83,7 +91,8 @@ def expansion(waves: WaveField, extent: Array, vertices: int) -> Array:
     Args as `node_counts`; without components all zeros.
     """
     block = np.zeros(t_.P_SIZE)
-    counts = node_counts(waves, extent, vertices) if len(waves.omega) else (0, 0, 0)
+    *counts, long = node_counts(waves, extent, vertices) if len(waves.omega) else (0, 0, 0, 0)
+    block[t_.P_LONG] = long
     for axis, (n, rule) in enumerate(zip(counts, (_gauss, _gauss, _lobatto), strict=True)):
         if n == 0:
             continue

@@ -11,6 +11,7 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array, flip_matrix
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.contact_parts import QUANTITIES as OF_GEOMS
+from marine_mj.hydrodynamics.wind import WIND_TYPE
 
 #: Quantities whose axes are named by a suffix, with the sizes that are allowed.
 FRAMED = {
@@ -31,7 +32,10 @@ PLAIN = {
     "strip_area": tuple(range(1, t_.MAX_STRIPS + 1)),
     "equilibrium_height": (1,),
     "hull_depth": (1,),
-    "wind": (7,),
+    "wind": (4, 7),
+    "wind_table": tuple(range(8, 501, 4)),
+    "wind_roll": tuple(range(2, 126)),
+    "wind_lever": (1,),
     "drift": tuple(range(4, 501, 4)),
     "reference_speed": (2,),
 }
@@ -81,7 +85,7 @@ def collect(spec: mujoco.MjSpec) -> dict[str, dict[str, Array]]:
         found.setdefault(owner, {})[quantity] = data
     for text in spec.texts:
         owner, _, quantity = text.name.partition(".")
-        if quantity in TEXTS and owner not in found:
+        if quantity in (*TEXTS, WIND_TYPE) and owner not in found:
             raise ModelError(
                 f"text {text.name!r} belongs to the body {owner!r}, which has no hydrodynamic "
                 f"coefficients; bodies that have are {sorted(found)}"
@@ -152,7 +156,7 @@ def matrix_of(values: Array, frame: str) -> Array:
 
 
 def file_of(spec: mujoco.MjSpec, name: str, quantity: str) -> str | None:
-    """File that the text `BODY.QUANTITY` names, None without one."""
+    """File (or vessel type) that the text `BODY.QUANTITY` names, None without one."""
     return next((t.data for t in spec.texts if t.name == f"{name}.{quantity}"), None)
 
 

@@ -68,10 +68,11 @@ def _environment(table: TableBuilder, environment: Environment) -> Array:
 
 
 def _contacts(model: mujoco.MjModel, table: TableBuilder, fixed: Array) -> None:
-    """Address of the contact sensor and the geoms that must not be touched."""
+    """Address of the contact sensor, the geoms that must not be touched, and the sea bed."""
     sensor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, t_.CONTACT_SENSOR)
     if sensor < 0:
         return
+    fixed[t_.E_BED] = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, t_.SEA_BED) + 1
     names = [model.geom(i).name.split("/")[-1] for i in range(model.ngeom)]
     forbidden = [float(i) for i, name in enumerate(names) if name.startswith(t_.FORBIDDEN)]
     fixed[t_.H_SENSOR] = model.sensor_adr[sensor] + 1

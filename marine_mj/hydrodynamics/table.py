@@ -22,6 +22,8 @@ H_SENSOR, H_FORBIDDEN, H_FORBIDDEN_DATA = 5, 6, 7
 CONTACT_SENSOR = "marine_mj/contacts"
 (S_FORCE, S_FORBIDDEN, S_POWER, S_PENETRATION, CONTACT_VALUES) = range(5)
 FORBIDDEN = "forbidden_"
+#: Name of the geom that is the sea bed of a scene.
+SEA_BED = "sea_bed"
 
 # environment block, right behind the header
 E_DENSITY = 8
@@ -34,7 +36,9 @@ E_CREST = 14  # upper bound of |elevation|
 E_LEVELS, E_LEVEL_DATA = 15, 16  # current profile: z (n), then velocity (n, 3)
 E_KNOTS, E_INTERVAL, E_KNOT_DATA = 17, 18, 19  # current fluctuation (m, 3)
 E_WIND_KNOTS, E_WIND_INTERVAL, E_WIND_DATA, E_AIR_DENSITY = 20, 21, 22, 23
-FIXED_SIZE = 24
+#: Geom of the sea bed plus 1 (0: none): its contacts are none of the contact sensor's.
+E_BED = 24
+FIXED_SIZE = 25
 
 STRETCHING = {"none": 0.0, "constant": 1.0, "wheeler": 2.0}
 
@@ -100,6 +104,12 @@ THRUSTERS = 10.0
 EL_KIND, EL_SIZE, EL_DATA = 0, 1, 2
 #: Modes of the drift element.
 DRIFT_MODES = {"mean": 0.0, "slow": 1.0}
+# wind: areas (front, lateral), length, height of the lateral centroid above the origin, share of
+# the wind at 10 m that blows there, law, 1 with a roll coefficient of its own; the law's numbers
+(WD_FRONT, WD_LATERAL, WD_LENGTH, WD_HEIGHT, WD_PROFILE, WD_LAW, WD_ROLL, WD_DATA) = range(8)
+WIND_CONSTANT, WIND_TABLE, WIND_BLENDERMANN = 0.0, 1.0, 2.0
+# wind table: number of rows, then gamma (rising from 0 to 2 pi), C_X, C_Y, C_N, C_K of each (FRD)
+WT_ROWS, WT_DATA, WT_COLUMNS = 0, 1, 5
 # thrusters: their number, then a row of each
 TH_COUNT, TH_ROWS = 0, 1
 #: Row of a thruster: address of its state; 1: in `act`, 0: in `ctrl`; force per unit; limits of the
@@ -124,8 +134,13 @@ P_WAVES = 4  # 1: with the pressure of the incident waves
 P_COUNTS = 5  # Chebyshev nodes along, across and downwards (3); 0: summed at every vertex
 P_NODES = 8  # their places in [-1, 1] (3, MAX_NODES)
 P_TRANSFORMS = 56  # from values at the nodes to coefficients (3, MAX_NODES, MAX_NODES)
-P_SIZE = 824
+#: Number of components, from the longest on, that the nodes serve; the others are summed at every
+#: vertex.
+P_LONG = 824
+P_SIZE = 825
 MAX_NODES = 16
+#: Most components that are summed at every vertex beside the nodes.
+MAX_SHORT = 32
 PANEL_COLUMNS = 6
 MAX_HULL_VERTICES = 1024
 MAX_HULL_TRIANGLES = 2048

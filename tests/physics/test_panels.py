@@ -68,7 +68,7 @@ def test_energy_is_conserved():
 
 @pytest.mark.parametrize(("H_s", "T_p"), [(0.65, 4.556), (1.1, 5.515), (2.5, 6.834)])
 def test_expansion_is_the_direct_sum(hull, H_s, T_p):
-    # measured 8e-6, 2e-5, 1.6e-4 of the largest force; the NumPy sum knows nothing of the kernel
+    # measured 9e-5, 3e-5, 4e-4 of the largest force; the NumPy sum knows nothing of the kernel
     assert panels.expansion_error(hull, H_s, T_p, seeds=1, poses=4) < 0.005
 
 
@@ -81,7 +81,7 @@ def test_small_waves_move_the_usv_as_the_linear_model(period):
 # Pressure
 
 
-@pytest.mark.parametrize(("H_s", "T_p"), [(0.8, 6.5), (0.2, 2.0)], ids=["nodes", "direct"])
+@pytest.mark.parametrize(("H_s", "T_p"), [(0.8, 6.5), (0.05, 1.0)], ids=["nodes", "direct"])
 @pytest.mark.parametrize("depth", [2.0, 12.0, np.inf])
 def test_wrench_in_shallow_and_deep_water(hull, H_s, T_p, depth):
     """Wrench against pressure summed at every vertex, both by nodes and directly."""
@@ -92,7 +92,7 @@ def test_wrench_in_shallow_and_deep_water(hull, H_s, T_p, depth):
     for time in (0.0, 7.7):
         ours = panels.wrench(model, pose, "waves", time) + panels.wrench(model, pose)
         exact = panels.direct_wrench(hull, pose, sea, time)
-        # measured 1e-15 (direct) and 2e-5 (nodes)
+        # measured 2e-15 (direct) and 6e-5 (nodes, the shortest components at every vertex)
         share = 1e-12 if T_p < 3 else 2e-4
         np.testing.assert_allclose(ours, exact, atol=share * np.abs(exact).max())
 

@@ -5,14 +5,18 @@ import pytest
 
 from marine_mj.environment import (
     SEA_STATES,
+    Spectrum,
     WaveField,
     bretschneider,
     docking_jonswap,
     irregular_sea,
     jonswap,
     period_ratios,
+    pierson_moskowitz,
     sea_state,
+    tabulated,
 )
+from marine_mj.environment.bins import energy_bins
 
 # Docking study, validation cases V4 to V7
 
@@ -60,11 +64,12 @@ def test_v7_height_from_time_series(H_s: float) -> None:
         scores.append((m0 - H_s**2 / 16) / np.sqrt(0.5 * weight.sum()))
         heights.append(4 * np.sqrt(m0))
     assert sea.significant_height == pytest.approx(H_s, rel=1e-12)
-    assert abs(np.mean(scores)) < 1.96 / 10  # measured 0.157
-    assert 0.75 < np.std(scores) < 1.25  # measured 0.99
-    assert np.mean(np.abs(scores) < 1.96) >= 0.90  # measured 0.97
-    # 95 % interval of the mean of 100 heights, standard error 0.17 %; V7 itself allows 3 %
-    assert np.mean(heights) == pytest.approx(H_s, rel=1.96 * 0.0017)  # measured 0.9998
+    assert abs(np.mean(scores)) < 1.96 / 10  # measured 0.151
+    assert 0.75 < np.std(scores) < 1.25  # measured 1.02
+    assert np.mean(np.abs(scores) < 1.96) >= 0.90  # measured 0.95
+    # 95 % interval of the mean of 100 heights, standard error 0.38 %: waves come in groups, which
+    # equal bins (0.17 %) missed; V7 itself allows 3 %
+    assert np.mean(heights) == pytest.approx(H_s, rel=1.96 * 0.0038)  # measured 1.0051
 
 
 # Moments against published values
@@ -110,10 +115,14 @@ def test_period_ratios(gamma: float) -> None:
 def test_mean_and_kurtosis() -> None:
     """Zero mean; kurtosis 3 less the deficit 3/8 sum(a^4) / m0^2 of finitely many components."""
     t = np.random.default_rng(0).uniform(0, 1e7, 10_000)  # so far apart that they are independent
-    for components, deficit in ((100, 0.2), (500, 0.05)):
+    for components, sampling, deficit in (
+        (100, "equal_energy", 0.03),
+        (100, "random_in_bin", 0.2),
+        (500, "random_in_bin", 0.05),
+    ):
         pooled, expected = [], []
         for seed in range(20):
-            sea = irregular_sea(4, 8, components=components, seed=seed)
+            sea = irregular_sea(4, 8, components=components, seed=seed, sampling=sampling)
             pooled.append(sea.elevation(0, 0, t))
             expected.append(3 - 0.375 * np.sum(sea.amplitude**4))  # m0 = 1
         values = np.concatenate(pooled)
@@ -121,8 +130,94 @@ def test_mean_and_kurtosis() -> None:
         kurtosis = np.mean(values**4) / np.mean(values**2) ** 2
         assert 3 - deficit < np.mean(expected) < 3
         # standard error sqrt(24 / 200,000) = 0.011; measured
-        # 2.882 against 2.898, and 2.976 against 2.979
+        # 2.969 against 2.981, 2.882 against 2.898, 2.976 against 2.979
         assert kurtosis == pytest.approx(np.mean(expected), abs=0.033)
+
+
+# Default bins
+
+
+SPECTRA = [jonswap(4, 8), jonswap(4, 8, 7), pierson_moskowitz(4, 8)]
+
+
+@pytest.mark.parametrize("spectrum", SPECTRA, ids=["jonswap", "gamma 7", "pierson_moskowitz"])
+def test_default_bins(spectrum: Spectrum) -> None:
+    """100 components: kurtosis within 1 %, H_s exact, T_z within 1 %, narrow up to 3 omega_p."""
+    peak = 2 * np.pi / spectrum.T_p
+    kurtosis, periods = [], []
+    for seed in range(100):
+        sea = irregular_sea(spectrum=spectrum, seed=seed)
+        m0, m2 = (np.sum(0.5 * sea.amplitude**2 * sea.omega**n) for n in (0, 2))
+        assert sea.significant_height == pytest.approx(4.0, rel=1e-12)
+        kurtosis.append(3 - 0.375 * np.sum(sea.amplitude**4) / m0**2)
+        periods.append(2 * np.pi * np.sqrt(m0 / m2) / spectrum.zero_crossing_period)
+        assert len(sea.omega) == 100 and (np.diff(sea.omega) > 0).all()
+    # measured 2.981 (2.898 with equal bins)
+    assert np.min(kurtosis) == pytest.approx(3, rel=0.01)
+    # measured 1.004 to 1.006 on average, 1.001 to 1.008 each (1.025 with equal bins)
+    assert np.abs(np.array(periods) - 1).max() < 0.01
+    for count in (62, 100, 500):
+        half = np.full(count, 0.5)
+        _, variance, edges = energy_bins(spectrum, 0.5 * peak, 10 * peak, half)
+        width = np.diff(edges)[edges[:-1] < 3 * peak]
+        assert width.max() <= 0.15 * peak  # measured 0.148, 0.146, 0.135
+        assert edges[[0, -1]].tolist() == [0.5 * peak, 10 * peak]
+        assert variance.sum() == pytest.approx(spectrum.moment(0), rel=1e-3)
+
+
+def gaussian_maxima(spectrum: Spectrum, count: int, step: float, hours: int) -> np.ndarray:
+    """Highest of `count` elevations, `step` s apart, in each of some Gaussian records."""
+    rng = np.random.default_rng(1)
+    omega = 2 * np.pi * np.arange(count // 2 + 1) / (count * step)
+    scale = 0.5 * count * np.sqrt(spectrum(omega) * omega[1])
+    found = []
+    for _ in range(hours):
+        u = rng.standard_normal((2, len(omega)))
+        found.append(np.fft.irfft(scale * (u[0] + 1j * u[1])).max())
+    return np.array(found)
+
+
+def test_one_hour_maxima_are_those_of_a_gaussian_sea() -> None:
+    """200 seeds against 4,000 hours of random amplitudes on an FFT grid (standard error 0.6 %)."""
+    spectrum, count, step = SPECTRA[0], 7200, 0.5
+    exact = gaussian_maxima(spectrum, count, step, 4000).mean()
+    assert exact == pytest.approx(3.65, abs=0.03)  # standard deviations; measured 3.656
+    t = np.arange(100) * step
+    starts = np.arange(0, count, 100) * step
+    highest, fourth = [], []
+    for seed in range(200):
+        sea = irregular_sea(spectrum=spectrum, seed=seed)
+        # exp(-i omega (start + t)) is a product: one matrix product for the whole hour
+        early = sea.amplitude * np.exp(-1j * np.outer(t, sea.omega))
+        late = np.exp(1j * (sea.phase[:, None] - np.outer(sea.omega, starts)))
+        zeta = (early.real @ late.real - early.imag @ late.imag).ravel()
+        highest.append(zeta.max())
+        fourth.append(np.mean(zeta**4))
+    # measured 0.992 (0.96 with equal bins; 0.996 +- 0.003 over 1,000 seeds)
+    assert np.mean(highest) == pytest.approx(exact, rel=0.02)
+    # m0 = 1: the kurtosis of the records; measured 2.981
+    assert np.mean(fourth) == pytest.approx(3, rel=0.015)
+
+
+def test_docking_spectrum_keeps_its_equal_bins() -> None:
+    sea = irregular_sea(1.1, 5.515, spectrum="docking_jonswap", seed=4)
+    edges = np.linspace(np.pi / 5.515, 10 * np.pi / 5.515, 101)
+    assert ((edges[:-1] < sea.omega) & (sea.omega < edges[1:])).all()
+    other = irregular_sea(1.1, 5.515, spectrum="docking_jonswap", seed=4, sampling="equal_energy")
+    assert other.omega[-1] > edges[-1]
+    # as before the default changed: first and last of the sea of seed 4
+    assert sea.omega[[0, -1]].tolist() == [0.6179937417183712, 5.675372773139399]
+    assert sea.amplitude[[25, 50]].tolist() == [0.03946475337489774, 0.011569261375970214]
+
+
+def test_bins_without_energy_or_with_few_components() -> None:
+    flat = tabulated([0.5, 1.0, 1.001, 1.5, 1.501, 9.0], [0, 0, 1, 1, 0, 0])
+    sea = irregular_sea(spectrum=flat, seed=2)
+    assert sea.significant_height == pytest.approx(flat.significant_height, rel=1e-12)
+    assert np.count_nonzero((sea.omega > 1) & (sea.omega < 1.5)) > 50
+    assert len(irregular_sea(2, 8, components=1).omega) == 1
+    calm = irregular_sea(2, 8, frequency_range=(0.0, 0.05))  # below all energy
+    assert calm.significant_height == 0 and (np.diff(calm.omega) > 0).all()
 
 
 def test_crests_are_rayleigh() -> None:

@@ -126,7 +126,7 @@ def test_quantity_of_an_unknown_body():
         ("added_mass_frd", 5, "6 or 21 or 36"),
         ("linear_damping_frd", 21, "6 or 36"),
         ("displaced_volume", 2, "allowed are 1"),
-        ("wind", 6, "allowed are 7"),
+        ("wind", 6, "allowed are 4 or 7"),
         ("reference_speed", 1, "allowed are 2"),
         ("strips", 2, "allowed are 3"),
         ("strip_drag_frd", 3, "allowed are 2"),

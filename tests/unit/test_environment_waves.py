@@ -20,6 +20,7 @@ from marine_mj.environment import (
     tabulated,
     wavenumber,
 )
+from marine_mj.environment.bins import energy_bins
 from marine_mj.environment.dispersion import group_speed
 from marine_mj.errors import SeaError
 
@@ -101,15 +102,19 @@ def test_stretching(depth: float) -> None:
     depth=st.one_of(st.just(np.inf), st.floats(15.0, 500.0)),
     seed=st.integers(0, 2**40),
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_irregular_sea_keeps_all_variance(
     H_s: float, T_p: float, components: int, depth: float, seed: int
 ) -> None:
-    sea = irregular_sea(H_s, T_p, components=components, depth=depth, seed=seed)
-    assert len(sea.omega) == components
-    assert sea.significant_height == pytest.approx(H_s, rel=1e-12)  # measured 1e-15
-    edges = np.linspace(np.pi / T_p, 10 * np.pi / T_p, components + 1)
-    assert ((edges[:-1] <= sea.omega) & (sea.omega <= edges[1:])).all()  # one in each bin
+    options = {"components": components, "depth": depth, "seed": seed}
+    low, half = np.pi / T_p, np.full(components, 0.5)
+    _, _, narrow = energy_bins(jonswap(H_s, T_p), low, 20 * low, half)
+    equal = np.linspace(low, 10 * low, components + 1)
+    for sampling, edges in (("equal_energy", narrow), ("random_in_bin", equal)):
+        sea = irregular_sea(H_s, T_p, sampling=sampling, **options)
+        assert len(sea.omega) == components
+        assert sea.significant_height == pytest.approx(H_s, rel=1e-12)  # measured 1e-15
+        assert ((edges[:-1] <= sea.omega) & (sea.omega <= edges[1:])).all()  # one in each bin
 
 
 def test_chosen_range_loses_the_rest() -> None:
@@ -260,7 +265,7 @@ K1 = wavenumber(ONE)
         ),
         (
             lambda: irregular_sea(2, 8, sampling="equal"),
-            "sampling is 'equal', allowed are random_in_bin, midpoint",
+            "sampling is 'equal', allowed are equal_energy, random_in_bin",
         ),
         (lambda: irregular_sea(2, 8, seed=None), "seed is None, allowed are integers >= 0"),
         (lambda: irregular_sea(2, 8, seed=-1), "seed is -1, allowed are integers >= 0"),

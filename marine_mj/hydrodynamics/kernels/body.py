@@ -26,6 +26,7 @@ from marine_mj.hydrodynamics.kernels.surface import (
     S_SIZE,
     entry_loads,
     floating_state,
+    near_surface,
     wet_parts,
     wet_strips,
 )
@@ -67,7 +68,9 @@ def _water_at_body(data, table, p, R, x, nu, time, back, points, wet, state, nu_
     orbital, convective = p[t_.B_SEAKEEPING] == 0.0, p[t_.B_CONVECTIVE] > 0.0
     if p[t_.B_LONG_WAVE] > 0.0 and not strips:
         orbital = False  # the law of long waves brings its own
-    water_row(table, first, step, count, time, orbital, convective, points)
+    surface = scratch(_STRIPS)
+    near = p[t_.B_SURFACE] == 0.0 and near_surface(table, p, nu, first, step, count, back)
+    water_row(table, first, step, count, time, orbital, convective, near, points, surface)
     if p[t_.B_SHELTER] > 0.0:
         q = advance(table, int(p[t_.B_SHELTER]))
         shelter(data, table, q, first, step, count, time, points)
@@ -85,7 +88,7 @@ def _water_at_body(data, table, p, R, x, nu, time, back, points, wet, state, nu_
         floating_state(data, table, p, R, nu, time, back, state)
         wet_strips(p, table[int(p[t_.B_SURFACE]) + t_.SF_DRAUGHT], state, wet)
     else:
-        wet_parts(table, p, R, nu, first, step, count, time, back, wet, state)
+        wet_parts(table, p, R, nu, first, step, count, time, back, near, surface, wet, state)
 
     for i in range(6):
         nu_w[i] = 0.0

@@ -99,14 +99,15 @@ def contact_sums(model, data, table):
     if count == 0:
         return
     wrench, bodies = scratch(6), scratch(2)
+    bed = int(table[t_.E_BED]) - 1
     body, root = ints(model, _GEOM_BODY), ints(model, _ROOT)
     forbidden = advance(table, int(table[t_.H_FORBIDDEN_DATA]))
     for number in range(count):
         contact = contact_at(data, _CONTACTS, _SIZE, number)
         geoms = inline_ints(contact, _GEOMS)
         first, second = geoms[0], geoms[1]
-        if first < 0 or second < 0:
-            continue
+        if first < 0 or second < 0 or first == bed or second == bed:
+            continue  # the sea bed is neither a vehicle nor a dock
         if root[body[first]] != root[body[second]]:
             mj_contactForce(model, data, number, wrench)
             bodies[0], bodies[1] = body[first], body[second]

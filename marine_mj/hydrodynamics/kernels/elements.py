@@ -26,7 +26,8 @@ from marine_mj.hydrodynamics.kernels.panels import panels
 from marine_mj.hydrodynamics.kernels.radiation import memory
 from marine_mj.hydrodynamics.kernels.surface import S_LIMITED, S_SHARE, limit_restoring
 from marine_mj.hydrodynamics.kernels.thrusters import thrust_loss
-from marine_mj.hydrodynamics.kernels.water import FAST, component, phasors, series
+from marine_mj.hydrodynamics.kernels.water import FAST, component, phasors
+from marine_mj.hydrodynamics.kernels.wind import wind
 
 _ACT = field("d", "act")
 _XQUAT = field("d", "xquat")
@@ -217,36 +218,6 @@ def prescribed(model, data, table, q, body, R, nu, time, f, inertia):
     f[0] -= q[5] * (nu[4] * nu[2] - nu[5] * nu[1])
     f[1] -= q[5] * (nu[5] * nu[0] - nu[3] * nu[2])
     f[2] -= q[5] * (nu[3] * nu[1] - nu[4] * nu[0])
-
-
-@njit
-def wind(table, q, R, nu, time, f):
-    """Wind on the part above water (Fossen 2021, eq. 10.11-10.14).
-
-    q: A_front, A_lateral, L_oa, height of the lateral centroid above the origin, c_x, c_y, c_n.
-    """
-    small = scratch(9)
-    speed, rate, flow = small, advance(small, 3), advance(small, 6)
-    series(
-        table,
-        int(table[t_.E_WIND_KNOTS]),
-        table[t_.E_WIND_INTERVAL],
-        int(table[t_.E_WIND_DATA]),
-        time,
-        speed,
-        rate,
-    )
-    _rotate_to_body(R, speed[0], speed[1], speed[2], flow)
-    u, v = flow[0] - nu[0], flow[1] - nu[1]
-    half_density = 0.5 * table[t_.E_AIR_DENSITY]
-    magnitude = math.sqrt(u * u + v * v)
-    x = half_density * q[4] * q[0] * magnitude * u
-    y = half_density * q[5] * q[1] * magnitude * v
-    f[0] += x
-    f[1] += y
-    f[3] -= q[3] * y
-    f[4] += q[3] * x
-    f[5] -= 2.0 * half_density * q[6] * q[1] * q[2] * u * v
 
 
 @njit

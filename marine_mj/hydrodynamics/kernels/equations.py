@@ -47,7 +47,7 @@ def relative_velocity(table, R, x, time, orbital, nu, flow):
     step, water = scratch(3), scratch(POINT)
     for i in range(3):
         step[i] = 0.0
-    water_row(table, x, step, 1, time, orbital, False, water)
+    water_row(table, x, step, 1, time, orbital, False, False, water, water)
     for i in range(3):
         flow[i] = nu[i] - (R[i] * water[0] + R[3 + i] * water[1] + R[6 + i] * water[2])
 

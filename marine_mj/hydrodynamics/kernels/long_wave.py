@@ -135,7 +135,7 @@ def long_wave(table, q, R, x, yaw, time, convective, nu_w, acc_w, f):
     water, step, sums = small, advance(small, 6), advance(small, 9)
     for i in range(3):
         step[i] = 0.0
-    water_row(table, x, step, 1, time, False, convective, water)
+    water_row(table, x, step, 1, time, False, convective, False, water, water)
     ux, uy = (water[0], water[1]) if convective else (0.0, 0.0)
     n = int(table[t_.E_WAVES])
     px, py, pz = q[t_.LW_PLACE], q[t_.LW_PLACE + 1], q[t_.LW_PLACE + 2]

@@ -130,13 +130,31 @@ def _half_height(p, slant):
 
 
 @njit
-def wet_parts(table, p, R, nu, first, step, count, time, back, wet, state):
-    """Wet part of every strip (or of the sphere), and the state of the body they make up."""
+def near_surface(table, p, nu, first, step, count, back):
+    """Whether a strip (or the sphere) may be in the air now or may have been `back` s ago."""
+    half = p[t_.B_HALF_HEIGHT]
+    if half == 0.0:
+        return False
+    strips = p[t_.B_STRIPS] > 0.0
+    if strips:
+        half += 0.5 * p[t_.B_STRIP_DX]
+    ends = abs(p[t_.B_STRIP_X]) + count * p[t_.B_STRIP_DX] if strips else 0.0
+    speed = abs(nu[0]) + abs(nu[1]) + abs(nu[2]) + ends * (abs(nu[4]) + abs(nu[5]))
+    top = max(first[2], first[2] + (count - 1) * step[2])
+    return top > -p[t_.B_HALF_HEIGHT] - table[t_.E_CREST] - half - 2.0 * back * speed
+
+
+@njit
+def wet_parts(table, p, R, nu, first, step, count, time, back, near, surface, wet, state):
+    """Wet part of every strip (or of the sphere), and the state of the body they make up.
+
+    near: see `near_surface`; surface (count): elevation above the strips where it is true.
+    """
     strips = p[t_.B_STRIPS] > 0.0
     for i in range(S_SIZE):
         state[i] = 0.0
     state[S_SHARE] = 1.0
-    if p[t_.B_HALF_HEIGHT] == 0.0:
+    if not near:
         for j in range(count):
             wet[j] = 1.0
         return
@@ -155,7 +173,7 @@ def wet_parts(table, p, R, nu, first, step, count, time, back, wet, state):
         margin = half + 2.0 * back * (abs(u) + abs(v) + abs(w))
         fraction = past = 1.0
         if pz > -reach - margin:
-            depth = elevation(table, px, py, time) - pz
+            depth = surface[j] - pz
             fraction = past = _part(depth, half, strips)
             if fraction > 0.0 and depth < half + margin:
                 px -= back * (R[0] * u + R[1] * v + R[2] * w)

@@ -1,8 +1,8 @@
 """Water motion at a body: waves and current, summed natively.
 
-Each wave component is a pair (cos, sin) of its phase and a pair of depth factors. Along a straight
-row of points both follow from their neighbours by one multiplication, so a body with strips costs
-two evaluations of the elementary functions and not one per strip.
+Each wave component is a complex number: its phase times its depth factor, in water of finite depth
+two of them. Along a straight row of points it follows from its neighbour by one multiplication, so
+a body with strips costs two evaluations of the elementary functions and not one per strip.
 """
 
 import math
@@ -17,6 +17,8 @@ from marine_mj.hydrodynamics.kernels.memory import advance, scratch
 FAST = {"reassoc", "contract", "nsz", "arcp"}
 
 _WAVES = t_.MAX_WAVES
+#: Share of its depth that the water keeps in Wheeler's stretching, as in `environment.WaveField`.
+LEAST_WATER = 1e-3
 #: Values per point: velocity, acceleration (world).
 POINT = 6
 
@@ -60,42 +62,29 @@ def elevation(table, x, y, time):
 
 
 @njit(fastmath=FAST)
-def _depth_factors(table, z, rising, falling):
-    """Orbital speed of every component at height z, split as cosh +- sinh: a omega e^{+-k(z+h)}."""
-    n = int(table[t_.E_WAVES])
-    k = component(table, t_.W_K)
-    speed = component(table, t_.W_SPEED)
-    depth = table[t_.E_DEPTH]
+def _state(n, k, speed, height, cosine, sine, real, imaginary):
+    """Orbital speed of every component times its phasor: speed exp(k height) (cos + i sin)."""
     for i in range(n):
-        rising[i] = speed[i] * exponential(k[i] * z)
-    if depth > 0.0:
-        for i in range(n):
-            falling[i] = speed[i] * exponential(-k[i] * (z + 2.0 * depth))
-    else:
-        for i in range(n):
-            falling[i] = 0.0
+        size = speed[i] * exponential(k[i] * height)
+        real[i] = size * cosine[i]
+        imaginary[i] = size * sine[i]
 
 
 @njit(fastmath=FAST)
-def _sum(table, cosine, sine, rising, falling, convective, out, gradient):
-    """Velocity and local acceleration into out (6), velocity gradient into gradient (5)."""
-    n = int(table[t_.E_WAVES])
-    omega = component(table, t_.W_OMEGA)
-    k = component(table, t_.W_K)
-    bx = component(table, t_.W_BX)
-    by = component(table, t_.W_BY)
+def _sum(n, omega, k, bx, by, h_re, h_im, v_re, v_im, convective, out, gradient):
+    """Velocity and local acceleration into out (6), velocity gradient into gradient (5).
+
+    h, v: complex amplitude (n) of the horizontal and of the vertical motion of every component.
+    """
     vx = vy = vz = ax = ay = az = 0.0
     for i in range(n):
-        horizontal = rising[i] + falling[i]
-        vertical = rising[i] - falling[i]
-        p = horizontal * cosine[i]
-        r = omega[i] * horizontal * sine[i]
-        vx += p * bx[i]
-        vy += p * by[i]
-        vz += vertical * sine[i]
+        r = omega[i] * h_im[i]
+        vx += h_re[i] * bx[i]
+        vy += h_re[i] * by[i]
+        vz += v_im[i]
         ax += r * bx[i]
         ay += r * by[i]
-        az -= omega[i] * vertical * cosine[i]
+        az -= omega[i] * v_re[i]
     out[0] = vx
     out[1] = vy
     out[2] = vz
@@ -105,10 +94,11 @@ def _sum(table, cosine, sine, rising, falling, convective, out, gradient):
     if convective:
         gxx = gxy = gyy = gxz = gyz = 0.0
         for i in range(n):
-            r = k[i] * (rising[i] + falling[i]) * sine[i]
-            w = k[i] * (rising[i] - falling[i]) * cosine[i]
-            gxx -= r * bx[i] * bx[i]
-            gxy -= r * bx[i] * by[i]
+            r = k[i] * h_im[i]
+            w = k[i] * v_re[i]
+            rx = r * bx[i]
+            gxx -= rx * bx[i]
+            gxy -= rx * by[i]
             gyy -= r * by[i] * by[i]
             gxz += w * bx[i]
             gyz += w * by[i]
@@ -191,18 +181,25 @@ def _add_current(table, z, time, convective, out, gradient, velocity, rate, shea
         out[5] += shear[2] * w
 
 
+@njit(inline="always")
+def water_left(zeta, depth):
+    """Depth of the water below the surface over that of still water: 1 + zeta / h, kept > 0."""
+    return max(1.0 + zeta / depth, LEAST_WATER) if depth > 0.0 else 1.0
+
+
 @njit
-def _stretched(table, x, y, z, time):
-    """Height at which the linear kinematics are evaluated."""
-    mode = table[t_.E_STRETCHING]
+def _stretched(table, z, zeta):
+    """Height at which the linear kinematics are evaluated; zeta: elevation above the point.
+
+    Points below the bed count as at the bed, as in `environment.WaveField`.
+    """
+    mode, depth = table[t_.E_STRETCHING], table[t_.E_DEPTH]
     if mode == 1.0:
-        return min(z, 0.0)
-    if mode == 2.0:
-        zeta = elevation(table, x, y, time)
-        depth = table[t_.E_DEPTH]
+        z = min(z, 0.0)
+    elif mode == 2.0:
         z = min(z, zeta)  # a point in the air gets the surface value
-        return (z - zeta) / (1.0 + zeta / depth) if depth > 0.0 else z - zeta
-    return z
+        z = (z - zeta) / water_left(zeta, depth)
+    return max(z, -depth) if depth > 0.0 else z
 
 
 # Short loops with few arrays each: the compiler vectorises a loop only where it can check that its
@@ -219,31 +216,60 @@ def turn(n, k, bx, by, dx, dy, cosine, sine):
 
 
 @njit(fastmath=FAST)
-def _growth(n, k, dz, factor):
-    """exp(k dz) of every component."""
+def _grow(n, k, dz, cosine, sine, real, imaginary):
+    """Factor of every component's state over one step: exp(k dz) (cos + i sin)."""
     for i in range(n):
-        factor[i] = exponential(k[i] * dz)
+        factor = exponential(k[i] * dz)
+        real[i] = factor * cosine[i]
+        imaginary[i] = factor * sine[i]
 
 
 @njit(fastmath=FAST)
-def _rotate(n, turn_c, turn_s, cosine, sine):
-    """Phase of every component turned by one step."""
+def _step(n, factor_re, factor_im, real, imaginary):
+    """Every component's state (or phasor) at the next point."""
     for i in range(n):
-        c = cosine[i] * turn_c[i] - sine[i] * turn_s[i]
-        sine[i] = sine[i] * turn_c[i] + cosine[i] * turn_s[i]
-        cosine[i] = c
+        re = real[i] * factor_re[i] - imaginary[i] * factor_im[i]
+        imaginary[i] = imaginary[i] * factor_re[i] + real[i] * factor_im[i]
+        real[i] = re
 
 
 @njit(fastmath=FAST)
-def _multiply(n, factor, values):
-    """values *= factor."""
+def _both(n, a, b, total, difference):
+    """a + b and a - b."""
     for i in range(n):
-        values[i] *= factor[i]
+        total[i] = a[i] + b[i]
+        difference[i] = a[i] - b[i]
 
 
 @njit(fastmath=FAST)
-def water_row(table, first, step, count, time, orbital, convective, out):
-    """Water velocity and acceleration at a row of points.
+def _height(n, amplitude, cosine):
+    """Elevation [m]: sum a cos(theta)."""
+    total = 0.0
+    for i in range(n):
+        total += amplitude[i] * cosine[i]
+    return total
+
+
+@njit
+def _without_waves(table, first, step, count, time, convective, surfaced, out, surface):
+    """`water_row` of the current alone."""
+    gradient, small = scratch(5), scratch(9)
+    velocity, rate, shear = small, advance(small, 3), advance(small, 6)
+    for i in range(5):
+        gradient[i] = 0.0
+    for j in range(count):
+        point = advance(out, POINT * j)
+        for i in range(POINT):
+            point[i] = 0.0
+        z = first[2] + j * step[2]
+        _add_current(table, z, time, convective, point, gradient, velocity, rate, shear)
+        if surfaced:
+            surface[j] = elevation(table, first[0] + j * step[0], first[1] + j * step[1], time)
+
+
+@njit(fastmath=FAST)
+def water_row(table, first, step, count, time, orbital, convective, surfaced, out, surface):
+    """Water velocity and acceleration at a row of points, and the surface above them.
 
     Args:
         first: position (3) of the first point, world, m.
@@ -251,56 +277,70 @@ def water_row(table, first, step, count, time, orbital, convective, out):
         count: number of points.
         orbital: with the orbital motion of the waves; without, the current alone.
         convective: material acceleration instead of the local one.
+        surfaced: whether `surface` is wanted.
         out: (count, 6): velocity [m/s] and material (or local) acceleration [m/s2], world.
+        surface: (count): elevation above the points, m.
     """
-    # one allocation per array: the compiler then knows that they do not overlap
-    cosine, sine = scratch(_WAVES), scratch(_WAVES)
-    rising, falling = scratch(_WAVES), scratch(_WAVES)
-    small = scratch(16)
-    gradient = small
-    velocity, rate, shear = advance(small, 5), advance(small, 8), advance(small, 11)
-    for i in range(5):
-        gradient[i] = 0.0
     n = int(table[t_.E_WAVES])
     if n == 0 or not orbital:
-        for j in range(count):
-            point = advance(out, POINT * j)
-            for i in range(POINT):
-                point[i] = 0.0
-            z = first[2] + j * step[2]
-            _add_current(table, z, time, convective, point, gradient, velocity, rate, shear)
+        _without_waves(table, first, step, count, time, convective, surfaced, out, surface)
         return
-    mode = table[t_.E_STRETCHING]
-    top = max(first[2], first[2] + (count - 1) * step[2])
-    straight = mode == 0.0 or (mode == 1.0 and top <= 0.0)
-    if straight and count > 1:
-        turn_c, turn_s = scratch(_WAVES), scratch(_WAVES)
-        rise, fall = scratch(_WAVES), scratch(_WAVES)
-        k = component(table, t_.W_K)
-        bx = component(table, t_.W_BX)
-        by = component(table, t_.W_BY)
+    # one allocation per array: the compiler then knows that they do not overlap
+    cosine, sine = scratch(_WAVES), scratch(_WAVES)
+    turn_c, turn_s = scratch(_WAVES), scratch(_WAVES)
+    up_re, up_im = scratch(_WAVES), scratch(_WAVES)
+    down_re, down_im = scratch(_WAVES), scratch(_WAVES)
+    rise_re, rise_im = scratch(_WAVES), scratch(_WAVES)
+    fall_re, fall_im = scratch(_WAVES), scratch(_WAVES)
+    h_re, h_im = scratch(_WAVES), scratch(_WAVES)
+    v_re, v_im = scratch(_WAVES), scratch(_WAVES)
+    gradient, small = scratch(5), scratch(9)
+    velocity, rate, shear = small, advance(small, 3), advance(small, 6)
+    omega, k = component(table, t_.W_OMEGA), component(table, t_.W_K)
+    bx, by = component(table, t_.W_BX), component(table, t_.W_BY)
+    speed, amplitude = component(table, t_.W_SPEED), component(table, t_.W_AMPLITUDE)
+    depth, mode = table[t_.E_DEPTH], table[t_.E_STRETCHING]
+    finite = depth > 0.0
+    last = first[2] + (count - 1) * step[2]
+    straight = mode == 0.0 or (mode == 1.0 and max(first[2], last) <= 0.0)
+    if finite and not min(first[2], last) >= -depth:
+        straight = False  # heights below the bed are held: no constant factor between neighbours
+    straight = straight and count > 1
+    for i in range(5):
+        gradient[i] = 0.0
+    phasors(table, first[0], first[1], time, cosine, sine)
+    if count > 1:
         turn(n, k, bx, by, step[0], step[1], turn_c, turn_s)
-        _growth(n, k, step[2], rise)
-        _growth(n, k, -step[2], fall)
-        phasors(table, first[0], first[1], time, cosine, sine)
-        _depth_factors(table, first[2], rising, falling)
-        for j in range(count):
-            point = advance(out, POINT * j)
-            _sum(table, cosine, sine, rising, falling, convective, point, gradient)
-            z = first[2] + j * step[2]
-            _add_current(table, z, time, convective, point, gradient, velocity, rate, shear)
-            _rotate(n, turn_c, turn_s, cosine, sine)
-            _multiply(n, rise, rising)
-            _multiply(n, fall, falling)
-        return
+    if straight:
+        _grow(n, k, step[2], turn_c, turn_s, rise_re, rise_im)
+        if finite:
+            _grow(n, k, -step[2], turn_c, turn_s, fall_re, fall_im)
     for j in range(count):
         point = advance(out, POINT * j)
-        x = first[0] + j * step[0]
-        y = first[1] + j * step[1]
         z = first[2] + j * step[2]
-        phasors(table, x, y, time, cosine, sine)
-        _depth_factors(table, _stretched(table, x, y, z, time), rising, falling)
-        _sum(table, cosine, sine, rising, falling, convective, point, gradient)
+        if j > 0 and straight:
+            _step(n, rise_re, rise_im, up_re, up_im)
+            if finite:
+                _step(n, fall_re, fall_im, down_re, down_im)
+        if j > 0 and (surfaced or not straight):
+            _step(n, turn_c, turn_s, cosine, sine)
+        zeta = 0.0
+        if surfaced or mode == 2.0:
+            zeta = _height(n, amplitude, cosine)
+        if surfaced:
+            surface[j] = zeta
+        if j == 0 or not straight:
+            height = _stretched(table, z, zeta)
+            _state(n, k, speed, height, cosine, sine, up_re, up_im)
+            if finite:
+                _state(n, k, speed, -(height + 2.0 * depth), cosine, sine, down_re, down_im)
+        if finite:
+            # cosh and sinh of k (z + h)
+            _both(n, up_re, down_re, h_re, v_re)
+            _both(n, up_im, down_im, h_im, v_im)
+            _sum(n, omega, k, bx, by, h_re, h_im, v_re, v_im, convective, point, gradient)
+        else:
+            _sum(n, omega, k, bx, by, up_re, up_im, up_re, up_im, convective, point, gradient)
         _add_current(table, z, time, convective, point, gradient, velocity, rate, shear)
 
 

@@ -8,7 +8,8 @@ theory gives
 with C(s') = cosh k(h - s') / cosh kh, in deep water exp(-k s'): D vanishes at the surface, and so
 does the pressure. The sums over the components are taken at a few Chebyshev nodes around the hull
 only, and expanded in Chebyshev polynomials of place and submersion between them; how many nodes
-the sea and the hull need is worked out when the table is packed (`hydrodynamics.expansion`).
+the sea and the hull need is worked out when the table is packed (`hydrodynamics.expansion`). The
+shortest components, which have little energy, are summed at every vertex.
 """
 
 import math
@@ -16,17 +17,19 @@ import math
 from numba import njit
 
 from marine_mj.hydrodynamics import table as t_
-from marine_mj.hydrodynamics.kernels.functions import exponential
+from marine_mj.hydrodynamics.kernels.functions import exponential, sin_cos
 from marine_mj.hydrodynamics.kernels.memory import advance, scratch
-from marine_mj.hydrodynamics.kernels.water import FAST, component, phasors, turn
+from marine_mj.hydrodynamics.kernels.water import FAST, component, phasors, turn, water_left
 
 _WAVES = t_.MAX_WAVES
 _NODES = t_.MAX_NODES
+_SHORT = t_.MAX_SHORT
 _SQUARE = t_.MAX_NODES**2
 _CUBE = t_.MAX_NODES**3
 _NODE_WAVES = t_.MAX_NODES * t_.MAX_WAVES
 _VERTICES = t_.MAX_HULL_VERTICES
 _VERTEX_NODES = t_.MAX_HULL_VERTICES * t_.MAX_NODES
+_VERTEX_SHORT = t_.MAX_HULL_VERTICES * t_.MAX_SHORT
 #: Share of the wave amplitude below which a row of coefficients is not worth its time.
 _SMALL = 1e-6
 
@@ -152,12 +155,34 @@ def _subtract_product(a, b, n, out):
 
 @njit(fastmath=FAST)
 def _submersion(n, z, depth, below, stretched):
-    """From elevation to submersion `below` (n) and its stretched value, not above the surface."""
+    """From elevation to submersion `below` (n) and its stretched value, from surface to bed."""
+    bed = depth if depth > 0.0 else math.inf
     for i in range(n):
         zeta = below[i]
         below[i] = zeta - z[i]
-        factor = 1.0 / (1.0 + zeta / depth) if depth > 0.0 else 1.0
-        stretched[i] = max(below[i] * factor, 0.0)
+        stretched[i] = min(max(below[i] / water_left(zeta, depth), 0.0), bed)
+
+
+@njit(fastmath=FAST)
+def _crests(n, along, across, start, amplitude, u, v, crest, level):
+    """One component at the vertices: crest (n) = a cos(theta), added to level (n)."""
+    for i in range(n):
+        _s, c = sin_cos(start + along * u[i] + across * v[i])
+        crest[i] = amplitude * c
+        level[i] += crest[i]
+
+
+@njit(fastmath=FAST)
+def _add_defect(n, k, depth, crest, stretched, defect):
+    """defect (n) += crest (1 - C(s)) of one component at the vertices."""
+    if depth > 0.0:
+        scale = 1.0 / (1.0 + exponential(-2.0 * k * depth))
+        for i in range(n):
+            up = exponential(-k * stretched[i]) + exponential(k * (stretched[i] - 2.0 * depth))
+            defect[i] += crest[i] * (1.0 - scale * up)
+    else:
+        for i in range(n):
+            defect[i] += crest[i] * (1.0 - exponential(-k * stretched[i]))
 
 
 @njit(fastmath=FAST)
@@ -206,7 +231,8 @@ def wave_pressure(table, q, n, x0, y0, c, s, u, v, z, time, below, head):
     if n_x == 0:
         _direct(table, n, x0, y0, c, s, u, v, z, time, below, head)
         return
-    waves = int(table[t_.E_WAVES])
+    waves = int(q[t_.P_LONG])
+    short = min(int(table[t_.E_WAVES]) - waves, _SHORT)
     k, bx, by = component(table, t_.W_K), component(table, t_.W_BX), component(table, t_.W_BY)
     amplitude = component(table, t_.W_AMPLITUDE)
     depth = table[t_.E_DEPTH]
@@ -258,9 +284,19 @@ def wave_pressure(table, q, n, x0, y0, c, s, u, v, z, time, below, head):
     _polynomials(u, n, u_0, u_h, n_x, t_u)
     _polynomials(v, n, v_0, v_h, 8 * ((n_y + 7) // 8), t_v)  # whole rows of eight
     _plane(surface, n_x, n_y, t_u, t_v, small, n, level)
+    crests, shallow = scratch(_VERTEX_SHORT), scratch(_VERTICES)
+    omega, phase = component(table, t_.W_OMEGA), component(table, t_.W_PHASE)
+    for m in range(short):
+        i = waves + m
+        along, across = k[i] * (c * bx[i] + s * by[i]), k[i] * (c * by[i] - s * bx[i])
+        start = k[i] * (bx[i] * x0 + by[i] * y0) - omega[i] * time + phase[i]
+        _crests(n, along, across, start, amplitude[i], u, v, advance(crests, m * n), level)
     for i in range(n):
         below[i] = level[i]
+        shallow[i] = 0.0
     _submersion(n, z, depth, below, head)
+    for m in range(short):
+        _add_defect(n, k[waves + m], depth, advance(crests, m * n), head, shallow)
     s_0, s_h = _range(head, n)
     # the pressure defect D at the nodes; the first node downwards may be the surface: D = 0 there
     losses, defect = scratch(_NODE_WAVES), scratch(_CUBE)
@@ -286,7 +322,7 @@ def wave_pressure(table, q, n, x0, y0, c, s, u, v, z, time, below, head):
     _transform(advance(transforms, _SQUARE), n_y, n_s * n_x, 1, defect)
     _polynomials(head, n, s_0, s_h, n_s, t_s)
     for i in range(n):
-        head[i] = below[i]
+        head[i] = below[i] - shallow[i]
     for r in range(n_s):
         _plane(advance(defect, r * plane), n_x, n_y, t_u, t_v, small, n, level)
         _subtract_product(level, advance(t_s, r * n), n, head)
