@@ -151,7 +151,7 @@ def test_momentum_through_the_entry(speed, mass, integrator):
         mujoco.mj_step(model, data)
     assert share_of(model, data) == 1.0
     mujoco.mj_step(model, data)
-    # measured 1e-14 (up to 24 times the dry mass added, 10 cm a step)
+    # measured 3e-15 (up to 19 times the dry mass added, 10 cm a step)
     assert data.qvel[2] == pytest.approx(-speed * mass / (mass + ADDED), rel=1e-12)
 
 
@@ -194,9 +194,9 @@ def test_drop_and_bounce_converge_to_the_textbook(integrator, speed):
         model, data = through(-speed, 30.0, integrator, step, SPHERE, gravity=G)
         mujoco.mj_step(model, data, round(t_end / step))
         errors.append(np.abs([data.qpos[2], data.qvel[2]] - expected).max())
-    # measured: first order 0.048, 0.024, 0.012 (implicitfast); RK4 3e-4 and less
-    assert errors[2] < (0.02 if integrator == "implicitfast" else 1e-3)
-    assert errors[2] < 0.35 * errors[0]
+    # measured 8.7e-3, 4.3e-3, 2.1e-3 (implicitfast, 0.2 m/s); 7e-4, 2e-4, 5e-5 (RK4, 4 m/s)
+    assert errors[2] < (0.005 if integrator == "implicitfast" else 1e-3)
+    assert errors[2] < 0.3 * errors[0]
 
 
 def test_entry_force_in_waves():
@@ -231,8 +231,8 @@ def test_entry_force_in_waves():
         before = share
         mujoco.mj_step2(model, data)
     assert 100 < entering < 700
-    # measured 2e-10 N of 30 N
-    assert worst < 1e-8
+    # measured 2e-12 N of 30 N
+    assert worst < 1e-9
 
 
 def test_crane_lift():
@@ -263,9 +263,9 @@ def test_crane_lift():
             wire.append(data.actuator_force[1])
         heights, wire = np.array(heights[500:]), np.array(wire[500:])
         share = sphere_share(heights)[0]
-        # measured 0.05 % of the weight (the momentum that the entering mass takes: A v^2 / R)
-        np.testing.assert_allclose(wire, mass * G - RHO * VOLUME * G * share, atol=0.002 * mass * G)
-        assert np.abs(np.diff(wire)).max() < 0.001 * mass * G  # no jump; measured 5e-4
+        # measured 4e-5 of the weight (lag of the wire's spring)
+        np.testing.assert_allclose(wire, mass * G - RHO * VOLUME * G * share, atol=2e-4 * mass * G)
+        assert np.abs(np.diff(wire)).max() < 2e-4 * mass * G  # no jump; measured 4e-5
 
 
 # Floating bodies
@@ -539,6 +539,51 @@ def test_a_bouncing_sphere_never_gains_energy(speed, integrator, timestep):
         energies = bounces(model, data, rigid_mass(mass, [0, 0, 0], [1, 2, 3]), 3.0)
         # measured: the first is the highest (up to 29 times the dry mass added, 20 cm a step)
         assert energies.max() <= energies[0] * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("tilt", [0.2, 1.4])
+@pytest.mark.parametrize("integrator", ["implicitfast", "RK4"])
+def test_a_leaping_slender_body_never_gains_energy(integrator, tilt):
+    mass = 0.055 * RHO * 0.6
+    inertia = mass * np.array([0.01, 0.3, 0.3])
+    xml = one_body(
+        added_mass=mass * np.array([0.1, 1, 1, 0, 0.3, 0.3]),
+        numerics=numeric("displaced_volume", 0.055) + numeric("strips", "8 -0.95 0.95"),
+        extra=CENTER,
+        mass=mass,
+        center="0 0 0",
+        inertia=numbers(inertia),
+        integrator=integrator,
+        timestep=0.01,
+        pos="0 0 0",
+    )
+    model = marine_mj.load_xml(xml)
+    data = mujoco.MjData(model)
+    data.qpos[2:6] = 1.5, np.cos(tilt / 2), 0, np.sin(tilt / 2)
+    data.qvel[2] = -3.0
+    energies = bounces(model, data, rigid_mass(mass, [0, 0, 0], inertia), 8.0)
+    # measured: the first is the highest
+    assert energies.max() <= energies[0] * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(
+    "settings", [{}, {"hydrostatics": "panels"}, {"radiation": "constant"}], ids=str
+)
+@pytest.mark.parametrize(("angle", "axis"), [(0.0, 0), (0.4, 0), (0.4, 1), (np.pi, 0)])
+def test_dropped_usv_floats_in_the_end(settings, angle, axis):
+    """From 3 m, with its radiation memory: no energy is gained, and it comes to rest afloat."""
+    model = marine_mj.load("dus_v5750", None, {"hull": settings})
+    data = mujoco.MjData(model)
+    data.qpos[2] = 3.0
+    data.qpos[3], data.qpos[4 + axis] = np.cos(angle / 2), np.sin(angle / 2)
+    M = rigid_mass(2306, [0, 0, 0], [1040, 5412, 5237])
+    energies = bounces(model, data, M, 10.0)
+    assert energies.max() <= energies[0] * (1 + 1e-9)
+    # the box of the panels lies upside down in balance: draught 0.3 m from the deck at 1 m
+    afloat = 0.7 if angle == np.pi and "hydrostatics" in settings else 0.0
+    # measured 4 mm, 10 s after it was dropped
+    assert abs(data.qpos[2] - afloat) < 0.02
+    assert np.abs(data.qvel[:3]).max() < 0.1
 
 
 # What is left of it elsewhere
