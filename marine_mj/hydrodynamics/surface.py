@@ -174,4 +174,5 @@ def surface_block(
     block[t_.SF_ARMS : t_.SF_ARMS + 2 * t_.COLUMNS] = arms.ravel()
     block[t_.SF_AMPLITUDES] = amplitudes
     block[t_.SF_REST : t_.SF_REST + 18] = rest.ravel()
+    block[t_.SF_FOLLOWS] = not uses_panels(body, settings)  # panels feel the surface where they are
     return table.add(block)

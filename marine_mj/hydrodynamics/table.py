@@ -78,10 +78,11 @@ LF_SET, LF_X, LF_ORDER, LF_STATES = 0, 1, 6, 19
 # surface block: the columns on which a floating body stands (`hydrodynamics.surface`). Height of
 # the body origin, roll and pitch afloat, stiffness of a column, its immersed height afloat and its
 # whole height, its rise over roll and pitch (COLUMNS, 2), offset of the wave amplitudes averaged
-# over the waterplane (components), and what the columns lack of the restoring matrix (6, 3).
+# over the waterplane (components), what the columns lack of the restoring matrix (6, 3), and 1 if
+# the surface is that at the low-frequency place, as of the wave force beside it.
 COLUMNS = 4
 (SF_HEIGHT, SF_ROLL, SF_PITCH, SF_STIFFNESS, SF_DRAUGHT, SF_DEPTH, SF_ARMS) = range(7)
-SF_AMPLITUDES, SF_REST, SF_SIZE = 14, 15, 33
+SF_AMPLITUDES, SF_REST, SF_FOLLOWS, SF_SIZE = 14, 15, 33, 34
 
 # shelter block: body of the hull that shelters, numbers of modes, headings and nodes along x, y, z,
 # where the nodes' places stand, one axis behind the other, the strengths of the modes in m/s

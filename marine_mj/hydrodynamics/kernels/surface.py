@@ -12,6 +12,10 @@ from numba import njit
 
 from marine_mj.hydrodynamics import table as t_
 from marine_mj.hydrodynamics.kernels.functions import sin_cos
+from marine_mj.hydrodynamics.kernels.low_frequency import (
+    low_frequency_place,
+    low_frequency_velocity,
+)
 from marine_mj.hydrodynamics.kernels.memory import advance, field, floats, scratch
 from marine_mj.hydrodynamics.kernels.water import (
     FAST,
@@ -83,15 +87,22 @@ def floating_state(data, table, p, R, nu, time, back, state):
     rise = R[6] * nu[0] + R[7] * nu[1] + R[8] * nu[2]
     zeta = along = across = 0.0
     if table[t_.E_WAVES] > 0.0:
-        sea = scratch(4)
+        sea, place, velocity = scratch(4), scratch(3), scratch(3)
+        place[0], place[1], place[2] = x[0], x[1], math.atan2(own[3], own[0])
+        for i in range(2):
+            velocity[i] = R[3 * i] * nu[0] + R[3 * i + 1] * nu[1] + R[3 * i + 2] * nu[2]
+        if b[t_.SF_FOLLOWS] > 0.0:
+            # the surface that belongs to the wave force
+            low_frequency_place(data, p, x, own, place)
+            low_frequency_velocity(data, p, x, own, R, nu, sea)
+            velocity[0] = R[0] * sea[0] + R[1] * sea[1]
+            velocity[1] = R[3] * sea[0] + R[4] * sea[1]
         amplitude = advance(table, int(b[t_.SF_AMPLITUDES]))
-        _mean_surface(table, amplitude, x[0], x[1], time, sea)
+        _mean_surface(table, amplitude, place[0], place[1], time, sea)
         zeta = sea[0]
-        c, s = own[0] / math.sqrt(level), own[3] / math.sqrt(level)
+        c, s = math.cos(place[2]), math.sin(place[2])
         along, across = c * sea[1] + s * sea[2], c * sea[2] - s * sea[1]
-        rise -= sea[3]
-        rise -= sea[1] * (R[0] * nu[0] + R[1] * nu[1] + R[2] * nu[2])
-        rise -= sea[2] * (R[3] * nu[0] + R[4] * nu[1] + R[5] * nu[2])
+        rise -= sea[3] + sea[1] * velocity[0] + sea[2] * velocity[1]
     draught, depth = b[t_.SF_DRAUGHT], b[t_.SF_DEPTH]
     now = before = limited = 0.0
     for i in range(t_.COLUMNS):
