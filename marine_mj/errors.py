@@ -7,6 +7,10 @@ class MarineMjError(Exception):
     """Base of every error that marine_mj raises on purpose."""
 
 
+class MarineMjWarning(UserWarning):
+    """Something can be simulated as given, but not as exactly as it looks."""
+
+
 class ModelError(MarineMjError):
     """A vehicle, scene or its coefficients cannot be simulated as given."""
 

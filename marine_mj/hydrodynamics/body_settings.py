@@ -8,6 +8,7 @@ from marine_mj.hydrodynamics.coefficients import BodyCoefficients
 from marine_mj.hydrodynamics.drift import Drift
 from marine_mj.hydrodynamics.memory import Memory
 from marine_mj.hydrodynamics.memory_store import database_memory, has_memory_data
+from marine_mj.hydrodynamics.wave_file import HullSymmetry
 
 Motion = Literal["free", "dynamic", "rao", "fixed"]
 Radiation = Literal["memory", "constant"]
@@ -40,6 +41,9 @@ class BodySettings:
             and neither restoring nor volume, else "linear".
         sheltered_by: name of a floating body with a shelter database, whose hull changes the water
             motion that this body feels (`hydrodynamics.shelter`); None: undisturbed waves.
+        hull_symmetry: mirror planes of the hull through the body origin, with which a wave database
+            over part of the circle of directions is completed: "xz" (port and starboard), "xz yz"
+            (bow and stern, too), "none"; None: as the file states (its attribute hull_symmetry).
     """
 
     motion: Motion | None = None
@@ -52,6 +56,7 @@ class BodySettings:
     radiation: Radiation | None = None
     hydrostatics: Hydrostatics | None = None
     sheltered_by: str | None = None
+    hull_symmetry: HullSymmetry | None = None
 
     def __post_init__(self) -> None:
         """Check the choices."""
@@ -60,6 +65,7 @@ class BodySettings:
             ("drift", Drift),
             ("radiation", Radiation),
             ("hydrostatics", Hydrostatics),
+            ("hull_symmetry", HullSymmetry),
         ):
             value = getattr(self, name)
             if value is not None and value not in get_args(kinds):

@@ -21,6 +21,31 @@ CUTS = 40
 MARGIN = 1e-4
 
 
+def passivity_grid(poles: Complex) -> tuple[Array, Array]:
+    """Frequencies [rad/s] at which passivity is asked for, and weights of Re K there.
+
+    From 1/1000 to 1000 times the poles, and densely around each of them: a lightly damped pole is
+    narrower than any even grid. Beyond its last pole Re K falls with omega^-2, below its first one
+    with omega^2; the weights undo that, so that the ends count as the middle. Fit and check use
+    the same grid, so that what the one allows the other does.
+    """
+    sizes = np.abs(poles)
+    low, high = float(sizes.min()), float(sizes.max())
+    around = np.abs(poles.imag)[:, None] + np.abs(poles.real)[:, None] * np.linspace(-5, 5, 101)
+    omega: Array = np.concatenate(
+        [
+            np.geomspace(1e-3 * low, 0.03 * low, 150, endpoint=False),
+            np.geomspace(0.03 * low, 30 * high, 2000),
+            np.geomspace(30 * high, 1e3 * high, 151)[1:],
+            around[around > 1e-3 * low],
+        ]
+    )
+    omega = np.unique(omega)
+    center = float(np.sqrt(low * high))
+    weight: Array = (omega / center) ** 2 + (center / omega) ** 2
+    return omega, weight
+
+
 def basis(s: Complex, poles: Complex) -> Complex:
     """Values (n, 2 p) at s (n,) of the functions whose factors are Re r (p), then Im r (p)."""
     above, below = 0.5 / (s[:, None] - poles), 0.5 / (s[:, None] - poles.conj())
@@ -99,13 +124,9 @@ class Residues:
         )
         self.map = null @ np.linalg.inv(triangle)  # residues (2 p, k) = map @ u
         self.u = Q.T @ _stacked(H)
-        center = np.sqrt(omega[0] * omega[-1])
-        far = np.geomspace(1e-3, 0.03, 150, endpoint=False)
-        near = np.geomspace(0.03, 1 / 0.03, 2000)  # dense, so that nothing hides between
-        self.grid = center * np.concatenate([far, near, 1 / far[::-1]])
-        # Re K falls with omega^2 on both sides: scaled so that the ends count as the middle
-        weight = (self.grid / center) ** 2 + (center / self.grid) ** 2
-        self.real = weight[:, None] * (basis(1j * self.grid, poles).real @ self.map)
+        self.grid, weight = passivity_grid(poles)
+        s = np.asarray(1j * self.grid, dtype=complex)
+        self.real = weight[:, None] * (basis(s, poles).real @ self.map)
 
     def _eigen(self, u: Array) -> tuple[Array, Array]:
         """Smallest eigenvalues (grid,) and their vectors (grid, size) of the scaled Re K."""
