@@ -7,6 +7,8 @@ hardly any beyond: `exp(i k r cos a) = sum i^m J_m(k r) exp(i m a)` (Abramowitz 
 where a straight line between them loses most of a long hull's load.
 """
 
+from dataclasses import fields
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,7 +41,8 @@ def harmonics(circle: Circle, table: NDArray) -> Complex:
     """
     count, start = len(circle.angle), float(circle.angle[0])
     if not circle.even:
-        table, count, start = _resampled(circle, table), max(512, 8 * count), 0.0
+        count, start = max(512, 8 * count), 0.0
+        table = _spline(circle, table, 2 * np.pi * np.arange(count) / count)
     spectrum = np.fft.fft(table, axis=1) / count
     most = count // 2
     m = np.arange(-most, most + 1)
@@ -53,16 +56,14 @@ def harmonics(circle: Circle, table: NDArray) -> Complex:
     return np.asarray(found, dtype=complex)
 
 
-def _resampled(circle: Circle, table: NDArray) -> NDArray:
-    """Table at equally spaced directions from 0 on, by a periodic cubic spline."""
+def _spline(circle: Circle, table: NDArray, wanted: Array) -> NDArray:
+    """Table (n, wanted, entries) at other directions, by a periodic cubic spline."""
     from scipy.interpolate import CubicSpline  # here: it takes a quarter of a second
 
-    count = max(512, 8 * len(circle.angle))
     knots = np.append(circle.angle, circle.angle[0] + 2 * np.pi)
     around = np.concatenate([table, table[:, :1]], axis=1)
     spline = CubicSpline(knots, around, axis=1, bc_type="periodic")
-    fine = 2 * np.pi * np.arange(count) / count
-    return np.asarray(spline(knots[0] + np.mod(fine - knots[0], 2 * np.pi)))
+    return np.asarray(spline(knots[0] + np.mod(wanted - knots[0], 2 * np.pi)))
 
 
 def _around(coefficients: Complex) -> Complex:
@@ -105,17 +106,28 @@ def lagrange_count(coefficients: Complex, allowed: float, together: bool = False
 def unresolved(circle: Circle, table: NDArray, together: bool = False) -> Array:
     """Estimated error (n,) between the directions, as a share of the largest value (`largest`).
 
-    What the sampling cuts off is about as large as the highest harmonics that it holds: those of
-    the last three orders, which belong to every kind of symmetry.
+    Of equally spaced directions: what the sampling cuts off is at most about as large as the
+    highest harmonics that it holds, those of the last three orders (every kind of symmetry has one
+    of them). Of others: the error of a cubic spline falls with the fourth power of the spacing, so
+    it is a sixteenth of what a spline through every second direction makes at those between.
     """
     found = harmonics(circle, table)
-    limit = int(np.floor(np.pi / circle.gap + 1e-6))
-    if not circle.even:
-        limit = limit // 2  # a spline needs twice as many
-    m = np.abs(orders(found))
-    top = (m > limit - 3) & (m <= max(limit, 3))
-    size = np.abs(found[:, top]).max(axis=1)
-    return np.asarray((2 * size / largest(found, together)).max(axis=1))
+    if circle.even:
+        limit = len(circle.angle) // 2
+        m = np.abs(orders(found))
+        size = 2 * np.abs(found[:, (m > limit - 3) & (m <= limit)]).max(axis=1)
+    else:
+        size = np.maximum(*(_left_out(circle, table, first) for first in (0, 1))) / 16
+    return np.asarray((size / largest(found, together)).max(axis=1))
+
+
+def _left_out(circle: Circle, table: NDArray, first: int) -> Array:
+    """Error (n, entries) at every second direction of the spline through the others."""
+    drop = np.zeros(len(circle.angle), dtype=bool)
+    drop[first::2] = True
+    rest = Circle(*(getattr(circle, f.name)[~drop] for f in fields(Circle)))
+    wrong = _spline(rest, table[:, ~drop], circle.angle[drop]) - table[:, drop]
+    return np.asarray(np.abs(wrong).max(axis=1))
 
 
 def highest_harmonic(k: float, radius: float) -> float:

@@ -61,7 +61,7 @@ def database_path(name: str) -> Path:
     Raises:
         ModelError: there is no such file; the message lists the databases of the package.
     """
-    path = find_asset(name)
+    path = find_asset(str.__str__(name))  # a path takes plain texts only
     if path is None:
         raise ModelError(
             f"wave database {name!r} does not exist; the package has "

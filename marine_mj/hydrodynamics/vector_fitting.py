@@ -18,7 +18,7 @@ RELOCATIONS = 30
 #: Rounds of adding the frequencies at which the last residues were not passive.
 CUTS = 40
 #: Smallest eigenvalue that the cuts ask for, of the scaled Re K (1 is its usual size).
-MARGIN = 1e-4
+MARGIN = 1e-5
 
 
 def passivity_grid(poles: Complex) -> tuple[Array, Array]:
