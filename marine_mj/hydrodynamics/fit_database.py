@@ -12,7 +12,7 @@ import numpy as np
 
 from marine_mj.hydrodynamics.memory import Memory
 from marine_mj.hydrodynamics.memory_fit import fit_memory
-from marine_mj.hydrodynamics.memory_store import VARIABLES, read_radiation
+from marine_mj.hydrodynamics.memory_store import VARIABLES, forget, read_radiation
 
 
 def store_memory(
@@ -20,8 +20,7 @@ def store_memory(
 ) -> Memory:
     """Fit the radiation memory of a wave database and write it into the file; returns it.
 
-    Everything else in the file stays as it is. A process that has read the file goes on with what
-    it has read.
+    Everything else in the file stays as it is.
 
     Args:
         path: the file.
@@ -34,7 +33,7 @@ def store_memory(
     import xarray as xr
 
     path = Path(path)
-    read_radiation.cache_clear()  # the file may have changed since
+    forget()  # the file may have changed since
     data, _ = read_radiation(path.resolve())
     memory = fit_memory(
         *(data["omega"], data["added_mass"], data["radiation_damping"], data["infinite"]),
@@ -55,6 +54,7 @@ def store_memory(
     temporary = path.with_suffix(".tmp")
     contents.to_netcdf(temporary, engine="h5netcdf")
     temporary.replace(path)
+    forget()
     return memory
 
 

@@ -9,7 +9,12 @@ from numpy.typing import NDArray
 
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
-from marine_mj.hydrodynamics.vector_fitting import Complex, passivity_grid
+from marine_mj.hydrodynamics.vector_fitting import (
+    Complex,
+    between_minima,
+    passivity_grid,
+    passivity_weight,
+)
 
 Index = NDArray[np.intp]
 
@@ -152,11 +157,20 @@ class Memory:
 
     def _check_passive(self, dofs: Index, poles: Index) -> None:
         """Raise unless a group of degrees of freedom is passive, on the grid of its fit."""
-        omega, weight = passivity_grid(self.poles[poles])
+        own = self.poles[poles]
+        omega = passivity_grid(own)
         K = self.retardation(omega).real[:, dofs[:, None], dofs]
         scale = np.sqrt(np.abs(K).max(axis=0).diagonal())
         scale = np.maximum(scale, 1e-6 * max(scale.max(), 1e-300))
-        lowest = np.linalg.eigvalsh(weight[:, None, None] * K / np.outer(scale, scale))[:, 0]
+
+        def eigenvalues(w: Array) -> Array:
+            real = self.retardation(w).real[:, dofs[:, None], dofs] / np.outer(scale, scale)
+            values = np.linalg.eigvalsh(passivity_weight(w, own)[:, None, None] * real)
+            return np.asarray(values[:, 0], dtype=float)
+
+        lowest = eigenvalues(omega)
+        more = between_minima(omega, lowest)
+        omega, lowest = np.append(omega, more), np.append(lowest, eigenvalues(more))
         worst = int(lowest.argmin())
         if lowest[worst] < -1e-6:
             raise ModelError(

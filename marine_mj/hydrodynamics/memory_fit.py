@@ -16,6 +16,8 @@ TARGET_ERROR = 0.01
 MOST_POLES = 8
 #: Poles farther above the highest frequency stand for a wrong A(inf), not for memory.
 FARTHEST_POLE = 4.0
+#: Fewest frequencies that are fitted.
+FEWEST = 8
 #: Jump of an entry between its neighbours, of its largest value, that looks irregular (ours: A and
 #: B of a hull are smooth on the scale of a tenth of the band).
 JUMP = 0.04
@@ -76,23 +78,27 @@ def _irregular_hint(omega: Array, A: Array, B: Array) -> str:
     if not len(found):
         return ""
     listed = ", ".join(f"{w:.3g}" for w in found[:6]) + (", ..." if len(found) > 6 else "")
-    below = omega[omega < found[0]]
-    until = float(below[-2]) if len(below) > 1 else float(omega[0])
+    below = omega[omega < found[0]][:-1]
+    band = ""
+    if len(below) >= FEWEST:
+        band = (
+            f", or fit below them: band=({omega[0]:.4g}, {below[-1]:.4g}) (marine-mj hydro "
+            "--memory-band, python -m marine_mj.hydrodynamics.fit_database --band)"
+        )
     return (
-        f". The data jump at {listed} rad/s, as irregular frequencies make them: compute them with "
-        f"a lid in the waterplane, or fit below them: band=({omega[0]:.4g}, {until:.4g}) "
-        "(marine-mj hydro --memory-band, python -m marine_mj.hydrodynamics.fit_database --band)"
+        f". The data jump at {listed} rad/s, as irregular frequencies (or noise) make them: "
+        f"compute them with a lid in the waterplane{band}"
     )
 
 
 def _check_data(omega: Array, A: Array, B: Array, infinite: Array, symmetrise: bool) -> None:
     """Raise unless the data can be those of radiation at zero speed."""
     n = len(omega)
-    if n < 8 or A.shape != (n, 6, 6) or B.shape != (n, 6, 6) or infinite.shape != (6, 6):
+    if n < FEWEST or A.shape != (n, 6, 6) or B.shape != (n, 6, 6) or infinite.shape != (6, 6):
         raise ModelError(
             f"radiation data have the shapes omega {omega.shape}, added mass {A.shape}, damping "
             f"{B.shape}, A(inf) {infinite.shape}; allowed are (n,), (n, 6, 6), (n, 6, 6), (6, 6) "
-            "with n >= 8 frequencies"
+            f"with n >= {FEWEST} frequencies"
         )
     finite = all(np.isfinite(values).all() for values in (omega, A, B, infinite))
     if not (finite and omega[0] > 0 and (np.diff(omega) > 0).all()):

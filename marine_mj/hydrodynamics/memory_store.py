@@ -85,6 +85,12 @@ def _memory(path: Path) -> tuple[Memory, tuple[PairFit, ...]]:
         ) from error
 
 
+def forget() -> None:
+    """Read files again when they are next needed."""
+    read_radiation.cache_clear()
+    _memory.cache_clear()
+
+
 def has_memory_data(name: str) -> bool:
     """Whether a wave database has A, B and A(inf), which a radiation memory needs.
 

@@ -14,9 +14,9 @@ from marine_mj.hydrodynamics.wave_file import UNSTATED_DENSITY, facts
 #: error.
 WARN, REFUSE = 0.01, 0.10
 #: k R at the lowest frequency of a file (R: radius of the hull), below which still lower ones are
-#: long waves, whose response needs no table (ours: waves of 6 hull lengths, as loads differ from
-#: their long-wave limit by about (k R)^2 / 4).
-LONG = 0.5
+#: long waves, whose response needs no table (ours: at the USV box loads there differ from their
+#: limit by 4 % in heave and less in other axes).
+LONG = 0.1
 #: k h from which the bottom is not felt.
 DEEP = np.pi
 #: Relative difference of densities or gravities that is told.
@@ -90,7 +90,7 @@ def _check_energy(body: str, name: str, response: str, waves: WaveField) -> None
     message = (
         f"the wave database {database_path(name).name} of {body!r} goes from {omega[0]:.3g} to "
         f"{omega[-1]:.3g} rad/s, the sea from {energetic.min():.3g} to {energetic.max():.3g}: "
-        f"{100 * share:.2g} % of the sea's energy lies outside and does not act"
+        f"{100 * share:.3g} % of the sea's energy lies outside and does not act"
     )
     if share > REFUSE:
         raise ModelError(
