@@ -15,7 +15,11 @@ from pathlib import Path
 import numpy as np
 
 from marine_mj.environment import wavenumber
-from marine_mj.hydrodynamics.bem.database import save_database, wave_database
+from marine_mj.hydrodynamics.bem.database import (
+    save_database,
+    water_attributes,
+    wave_database,
+)
 from marine_mj.hydrodynamics.bem.drift import database_drift
 from marine_mj.hydrodynamics.bem.panels import Panels, lid, rectangle
 from marine_mj.hydrodynamics.bem.rao import motion_raos, viscous_damping
@@ -36,7 +40,9 @@ PERIODS = (
     *(2.4, 2.5, 2.6, 2.7, 2.8, 3.0, 3.2, 3.5, 3.8, 4.0, 4.2, 4.6, 5.1, 5.7, 6.2, 6.7, 7.3, 7.9),
     *(8.8, 10.0, 12.0, 15.0, 20.0, 30.0),
 )
-DIRECTIONS = np.radians(np.arange(0.0, 360.0, 22.5))
+#: Half the circle, the hull is symmetric. In waves of 1 s, 1.5 m long, the wave loads have
+#: harmonics of the direction up to about 16: two directions for each over the circle.
+DIRECTIONS = np.radians(np.arange(0.0, 180.1, 11.25))
 
 
 def box() -> Panels:
@@ -95,6 +101,9 @@ def main() -> None:
             f"{0 if cover is None else len(cover)} lid panels against irregular frequencies, two "
             "mirror planes",
             "water": f"infinite depth, rho {WATER_DENSITY} kg/m3, g {GRAVITY} m/s2, zero speed",
+            **water_attributes(
+                WATER_DENSITY, GRAVITY, np.inf, "xz yz", float(np.hypot(0.5 * LENGTH, 0.5 * BEAM))
+            ),
             "software": f"capytaine {version('capytaine')}, numpy {np.__version__}",
             "script": "assets/make_dus_v5750_box.py",
         },

@@ -23,7 +23,8 @@ chine sets the height of the volume's centre, the wedge gives the full draught.
 The wetted surface is 20.4 m2; the study's 22.4 m2 is an estimate, `B (L + 2 T)`. The wave database:
 
     marine-mj hydro viknes830_hull.stl -o assets/viknes830.nc --mass 5002.6 --panel 0.2 \\
-        --center-of-gravity "0 0 0.252" --gyration "0.89 1.96 1.96" --roll-damping 0.07
+        --center-of-gravity "0 0 0.252" --gyration "0.89 1.96 1.96" --roll-damping 0.07 \\
+        --directions "$(seq -s ' ' 0 7.5 180)"
 """
 
 from pathlib import Path

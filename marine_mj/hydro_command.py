@@ -34,7 +34,8 @@ def hydro_command(
     ] = None,
     periods: Annotated[_Text, typer.Option(help="Instead: periods, s.")] = None,
     directions: Annotated[
-        _Text, typer.Option(help="Directions of travel, deg (0 following); default: every 15.")
+        _Text,
+        typer.Option(help="Directions of travel, deg (0 following); default: every 15 or less."),
     ] = None,
     panel: Annotated[
         _Number, typer.Option(help="Panel size, m; default: about 700 panels.")
@@ -63,6 +64,9 @@ def hydro_command(
     memory: Annotated[
         bool, typer.Option(help="Fit the radiation memory and store it in the database.")
     ] = True,
+    memory_band: Annotated[
+        _Text, typer.Option(help="Frequencies 'low high' that the memory is fitted to, rad/s.")
+    ] = None,
     repair: Annotated[
         bool, typer.Option("--repair", help="Turn inward faces, drop doubled ones and flat ones.")
     ] = False,
@@ -105,6 +109,11 @@ def hydro_command(
     def numbers(option: str, text: str | None) -> tuple[float, ...] | None:
         return None if text is None else tuple(_numbers(option, text))
 
+    band = numbers("--memory-band", memory_band)
+    if band is not None and not (len(band) == 2 and 0 <= band[0] < band[1]):
+        raise ModelError(
+            f"--memory-band is {memory_band!r}; allowed are a lower and a higher frequency, rad/s"
+        )
     frequencies = numbers("--omega", omega)
     listed = numbers("--periods", periods)
     if listed is not None:
@@ -189,15 +198,15 @@ def hydro_command(
     for file in written:
         console.print(f"wrote {file}", markup=False, highlight=False, soft_wrap=True)
     if memory and "RAO" in data:
-        _fit_memory(path, console)
+        _fit_memory(path, console, band)
 
 
-def _fit_memory(path: Path, console: Any) -> None:
+def _fit_memory(path: Path, console: Any, band: Any) -> None:
     """Fit the radiation memory, store it in the database and show how well it fits."""
     from marine_mj.hydrodynamics.fit_database import store_memory
     from marine_mj.hydrodynamics.memory_store import memory_report
 
-    store_memory(path)
+    store_memory(path, band=band)
     table = Table("radiation memory", "order", "R2 of B", "R2 of A", "error", box=None)
     for fit in memory_report(str(path)):
         cells = (f"{fit.r2_damping:.5f}", f"{fit.r2_added_mass:.5f}", f"{100 * fit.error:.2g} %")

@@ -192,6 +192,9 @@ class Vehicle(Settings):
             nothing but a mesh.
         sheltered_by: vehicle whose floating hull changes the water motion that this one feels below
             it; left out: the waves are undisturbed.
+        hull_symmetry: mirror planes of the hull, "xz" (port and starboard), "xz yz" (bow and stern,
+            too) or "none", with which a wave database over part of the circle of directions is
+            completed; left out: as the file states.
         heading_control: holds the start heading of a vehicle that moves by its forces, as an
             autopilot does; left out: nothing does.
         scale: factors on the vehicle's `mass` (with its inertia), displacement and coefficients by
@@ -220,6 +223,7 @@ class Vehicle(Settings):
     hydrostatics: Literal["linear", "panels"] | None = None
     sheltered_by: str | None = None
     excitation: Literal["long_wave", "none"] | None = None
+    hull_symmetry: Literal["none", "xz", "xz yz"] | None = None
     heading_control: HeadingControl | None = None
     scale: dict[str, Positive] = Field(default_factory=dict)
 

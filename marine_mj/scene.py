@@ -184,6 +184,7 @@ def body_settings(scenario: Scenario, spec: mujoco.MjSpec) -> dict[str, dict[str
             "hydrostatics": vehicle.hydrostatics,
             "excitation": vehicle.excitation,
             "sheltered_by": vehicle.sheltered_by and main_body(spec, vehicle.sheltered_by).name,
+            "hull_symmetry": vehicle.hull_symmetry,
         }
         for name, vehicle in bodies.items()
         if name in wet

@@ -8,6 +8,7 @@ from marine_mj.hydrodynamics.coefficients import BodyCoefficients
 from marine_mj.hydrodynamics.drift import Drift
 from marine_mj.hydrodynamics.memory import Memory
 from marine_mj.hydrodynamics.memory_store import database_memory, has_memory_data
+from marine_mj.hydrodynamics.wave_file import HullSymmetry
 
 Motion = Literal["free", "dynamic", "rao", "fixed"]
 Radiation = Literal["memory", "constant"]
@@ -46,6 +47,9 @@ class BodySettings:
             on long ones, `hydrodynamics.excitation`), "none" (it floats in still water, and feels
             no more than the water's motion at its origin); None: "long_wave" where the matrix has
             a waterplane (G33 > 0).
+        hull_symmetry: mirror planes of the hull through the body origin, with which a wave database
+            over part of the circle of directions is completed: "xz" (port and starboard), "xz yz"
+            (bow and stern, too), "none"; None: as the file states (its attribute hull_symmetry).
     """
 
     motion: Motion | None = None
@@ -59,6 +63,7 @@ class BodySettings:
     hydrostatics: Hydrostatics | None = None
     sheltered_by: str | None = None
     excitation: Excitation | None = None
+    hull_symmetry: HullSymmetry | None = None
 
     def __post_init__(self) -> None:
         """Check the choices."""
@@ -68,6 +73,7 @@ class BodySettings:
             ("radiation", Radiation),
             ("hydrostatics", Hydrostatics),
             ("excitation", Excitation),
+            ("hull_symmetry", HullSymmetry),
         ):
             value = getattr(self, name)
             if value is not None and value not in get_args(kinds):

@@ -13,6 +13,7 @@ from marine_mj.frames import Array
 from marine_mj.hydrodynamics.coefficients import BodyCoefficients
 from marine_mj.hydrodynamics.netcdf import read_variables
 from marine_mj.hydrodynamics.raos import database_path
+from marine_mj.hydrodynamics.wave_file import HullSymmetry, circle_of, density_ratio
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -21,12 +22,12 @@ Drift = Literal["none", "mean", "slow"]
 VARIABLE = "mean_drift_force"
 _DOFS = ["Surge", "Sway", "Yaw"]
 _AXES = ("omega", "wave_direction", "drift_dof")
-#: Largest angle between two wave directions of a database, rad.
-LARGEST_GAP = np.radians(60.0)
+#: Numbers of the degrees of freedom of drift among the six.
+_PLACES = (0, 1, 5)
 
 
 @lru_cache(maxsize=16)
-def _read(path: Path) -> "tuple[Array, CubicSpline] | None":
+def _read(path: Path, symmetry: HullSymmetry | None) -> "tuple[Array, CubicSpline] | None":
     """omega (n,) and drift (n, 3) as a function of the direction; None if there is no drift."""
     from scipy.interpolate import CubicSpline  # here: it takes a quarter of a second
 
@@ -46,18 +47,17 @@ def _read(path: Path) -> "tuple[Array, CubicSpline] | None":
     omega, table = omega[order], table[order]
     if not np.isfinite(table).all():
         raise ModelError(f"{VARIABLE} in {path.name} holds NaN or infinity; allowed is finite")
-    angle = np.mod(direction, 2 * np.pi)
-    order = np.argsort(angle)
-    around = np.append(order, order[0])
-    knots = np.append(angle[order], angle[order[0]] + 2 * np.pi)
-    if np.diff(knots).max() > LARGEST_GAP:
-        raise ModelError(
-            f"{VARIABLE} in {path.name} leaves a gap of {np.degrees(np.diff(knots).max()):.0f} deg "
-            f"between wave directions, allowed are {np.degrees(LARGEST_GAP):.0f}: compute it for "
-            "directions all around the body"
-        )
-    omega, table = _from_zero(omega, table)
-    return omega, CubicSpline(knots, np.moveaxis(table[:, around], 1, 0), bc_type="periodic")
+    circle = circle_of(path, direction, symmetry)
+    knots = np.append(circle.angle, circle.angle[0] + 2 * np.pi)
+    table = circle.take(table, _PLACES)
+    around = np.concatenate([table, table[:, :1]], axis=1)
+    omega, around = _from_zero(omega, around)
+    return omega, CubicSpline(knots, np.moveaxis(around, 1, 0), bc_type="periodic")
+
+
+def _of_file(name: str) -> "tuple[Array, CubicSpline] | None":
+    """Drift of a wave database in the water of its file; None if it has none."""
+    return _read(database_path(name), getattr(name, "hull_symmetry", None))
 
 
 def drift_of(body: BodyCoefficients, drift: Drift | None, motion: str) -> Drift:
@@ -79,7 +79,7 @@ def drift_of(body: BodyCoefficients, drift: Drift | None, motion: str) -> Drift:
         )
     given = body.drift is not None
     if not given and body.wave_database and (drift or motion == "dynamic"):
-        given = _read(database_path(body.wave_database)) is not None
+        given = _of_file(body.wave_database) is not None
     if drift is None:
         return "slow" if given else "none"
     if not given:
@@ -115,7 +115,8 @@ def mean_drift(body: BodyCoefficients, environment: Environment, yaw: float) -> 
     of its length): D_x and D_y are the breadth and the length times the square of the reflection
     coefficient, m, and D_n the couple, m2. Between frequencies T is linear, falling to 0 at omega
     = 0 below the first and held above the last. Between directions of a database it is a periodic
-    cubic spline.
+    cubic spline; that of half a circle is mirrored by the symmetry of the hull, and its drift is
+    that in the environment's density.
 
     Args:
         body: with `drift` or a database that holds `mean_drift_force`, see `drift_of`.
@@ -135,7 +136,7 @@ def mean_drift(body: BodyCoefficients, environment: Environment, yaw: float) -> 
         widths = (1 - share) * table[upper - 1] + share * table[upper]
         return 0.5 * environment.water_density * environment.gravity * shape * widths.T
     path = database_path(str(body.wave_database))
-    found = _read(path)
+    found = _of_file(str(body.wave_database))
     if found is None:
         raise ModelError(f"{path.name} has no {VARIABLE}: add it, or set drift to 'none'")
     omega, spline = found
@@ -143,4 +144,5 @@ def mean_drift(body: BodyCoefficients, environment: Environment, yaw: float) -> 
     start = spline.x[0]
     table = spline(start + np.mod(chi - start, 2 * np.pi))  # (N, frequencies, 3)
     each = np.arange(len(chi))
-    return ((1 - share) * table[each, upper - 1] + share * table[each, upper]).T
+    drift = (1 - share) * table[each, upper - 1] + share * table[each, upper]
+    return density_ratio(str(body.wave_database), path) * drift.T

@@ -14,11 +14,9 @@ from marine_mj.hydrodynamics.inertia import subtree_inertia
 from marine_mj.hydrodynamics.memory import Memory
 from marine_mj.hydrodynamics.memory_pack import memory_element
 from marine_mj.hydrodynamics.panels import panel_parameters, uses_panels
-from marine_mj.hydrodynamics.raos import responses
+from marine_mj.hydrodynamics.raos import heading_count, responses
 from marine_mj.hydrodynamics.table_builder import TableBuilder
 
-#: Headings for which responses of a floating body are tabulated.
-HEADINGS = 72
 #: Headings for which wave drift is tabulated: forces like c|c| bend sharply in beam and head seas.
 DRIFT_HEADINGS = 96
 #: Inertia of a body with prescribed motion, kg and kg m2 (a calibration: far above any vehicle,
@@ -96,12 +94,12 @@ def by_heading(
     See `responses`.
     """
     blocks = []
-    reference = reference_yaw(waves)
-    for heading in range(HEADINGS):
-        yaw = reference + 2 * np.pi * heading / HEADINGS
+    reference, headings = reference_yaw(waves), heading_count(database, response)
+    for heading in range(headings):
+        yaw = reference + 2 * np.pi * heading / headings
         each = responses(database, response, waves, yaw)
         blocks.append(np.stack([each.real, each.imag], axis=1))
-    return HEADINGS, table.add(np.stack(blocks)), reference
+    return headings, table.add(np.stack(blocks)), reference
 
 
 def _drift(

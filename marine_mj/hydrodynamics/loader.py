@@ -24,7 +24,7 @@ from marine_mj.hydrodynamics.contact_pairs import (
 from marine_mj.hydrodynamics.low_frequency import LOW_FREQUENCY_PREFIX, follows_waves
 from marine_mj.hydrodynamics.memory_pack import MEMORY_PREFIX
 from marine_mj.hydrodynamics.native import install, records, table_of
-from marine_mj.hydrodynamics.pack import pack_table
+from marine_mj.hydrodynamics.pack import in_this_water, pack_table
 from marine_mj.hydrodynamics.stability import check_timestep
 from marine_mj.library import find_model
 
@@ -194,8 +194,10 @@ def _add_all_states(
     for actuator in list(spec.actuators):
         if actuator.name.startswith((MEMORY_PREFIX, LOW_FREQUENCY_PREFIX)):
             spec.delete(actuator)
+    chosen = [settings.get(body.name, BodySettings()) for body in bodies]
+    bodies = [in_this_water(b, c, environment) for b, c in zip(bodies, chosen, strict=True)]
     for number, body in enumerate(bodies):
-        memory = memory_of(body, settings.get(body.name, BodySettings()))
+        memory = memory_of(body, chosen[number])
         if memory is not None and memory.states:
             if not spec.body(body.name).joints:
                 raise ModelError(
@@ -206,7 +208,7 @@ def _add_all_states(
             what = "radiation memory"
             _add_states(spec, MEMORY_PREFIX, law, body.name, number, count, what)
     for number, body in enumerate(bodies):
-        if follows_waves(body, settings.get(body.name, BodySettings()), environment.waves):
+        if follows_waves(body, chosen[number], environment.waves):
             law, count = t_.LOW_FREQUENCY, t_.LF_STATES
             what = "low-frequency place for wave loads"
             _add_states(spec, LOW_FREQUENCY_PREFIX, law, body.name, number, count, what)

@@ -9,7 +9,12 @@ from numpy.typing import NDArray
 
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
-from marine_mj.hydrodynamics.vector_fitting import Complex
+from marine_mj.hydrodynamics.vector_fitting import (
+    Complex,
+    between_minima,
+    passivity_grid,
+    passivity_weight,
+)
 
 Index = NDArray[np.intp]
 
@@ -75,6 +80,12 @@ class Memory:
         """Number of real states."""
         return 2 * sum(len(dofs) * len(poles) for dofs, poles in self.groups)
 
+    def scaled(self, factor: float) -> "Memory":
+        """The memory of water of another density: A(inf) and residues times `factor`."""
+        if factor == 1.0:
+            return self
+        return Memory(factor * self.infinite_added_mass, self.poles, factor * self.residues)
+
     def retardation(self, omega: Array) -> Complex:
         """K(i omega) = B + i omega (A - A(inf)), (k, 6, 6), N s/m ... N m s, omega (k,) in rad/s.
 
@@ -130,8 +141,8 @@ class Memory:
         """Raise unless the model is stable and cannot give net energy.
 
         Raises:
-            ModelError: a pole has Re >= 0, or Re K(i omega) has a negative eigenvalue on a grid
-                from 1/1000 to 1000 times the frequencies of the poles.
+            ModelError: a pole has Re >= 0, or Re K(i omega) has a negative eigenvalue on the grid
+                of the fit (`vector_fitting.passivity_grid`): from 1/1000 to 1000 times the poles.
         """
         if len(self.poles) == 0:
             return
@@ -141,21 +152,32 @@ class Memory:
                 f"a pole of the radiation memory is {unstable[0]:.4g} rad/s, allowed are negative "
                 "real parts: fit the memory again (marine_mj.hydrodynamics.fit_memory)"
             )
-        sizes = np.abs(self.poles)
-        center = np.sqrt(sizes.min() * sizes.max())
-        omega = np.geomspace(1e-3 * sizes.min(), 1e3 * sizes.max(), 1000)
-        K = self.retardation(omega).real
+        for dofs, poles in self.groups:
+            self._check_passive(dofs, poles)
+
+    def _check_passive(self, dofs: Index, poles: Index) -> None:
+        """Raise unless a group of degrees of freedom is passive, on the grid of its fit."""
+        own = self.poles[poles]
+        omega = passivity_grid(own)
+        K = self.retardation(omega).real[:, dofs[:, None], dofs]
         scale = np.sqrt(np.abs(K).max(axis=0).diagonal())
         scale = np.maximum(scale, 1e-6 * max(scale.max(), 1e-300))
-        # Re K falls with omega^2 on both sides
-        weight = (omega / center) ** 2 + (center / omega) ** 2
-        lowest = np.linalg.eigvalsh(weight[:, None, None] * K / np.outer(scale, scale))[:, 0]
+
+        def eigenvalues(w: Array) -> Array:
+            real = self.retardation(w).real[:, dofs[:, None], dofs] / np.outer(scale, scale)
+            values = np.linalg.eigvalsh(passivity_weight(w, own)[:, None, None] * real)
+            return np.asarray(values[:, 0], dtype=float)
+
+        lowest = eigenvalues(omega)
+        more = between_minima(omega, lowest)
+        omega, lowest = np.append(omega, more), np.append(lowest, eigenvalues(more))
         worst = int(lowest.argmin())
         if lowest[worst] < -1e-6:
             raise ModelError(
-                f"the radiation memory is not passive: the smallest eigenvalue of the scaled Re K "
-                f"is {lowest[worst]:.3g} at {omega[worst]:.4g} rad/s, allowed is >= 0; fit the "
-                "memory again (marine_mj.hydrodynamics.fit_memory)"
+                f"the radiation memory in {', '.join(DOFS[d] for d in dofs)} is not passive: the "
+                f"smallest eigenvalue of the scaled Re K is {lowest[worst]:.3g} at "
+                f"{omega[worst]:.4g} rad/s, allowed is >= 0; make it with "
+                "marine_mj.hydrodynamics.fit_memory, which gives passive ones only"
             )
 
     def fits(self, omega: Array, added_mass: Array, damping: Array) -> tuple[PairFit, ...]:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
@@ -15,18 +16,89 @@ TARGET_ERROR = 0.01
 MOST_POLES = 8
 #: Poles farther above the highest frequency stand for a wrong A(inf), not for memory.
 FARTHEST_POLE = 4.0
+#: Fewest frequencies that are fitted.
+FEWEST = 8
+#: Jump of an entry between its neighbours, of its largest value, that looks irregular (ours: A and
+#: B of a hull are smooth on the scale of a tenth of the band).
+JUMP = 0.04
 #: Couplings below this share of the diagonal entries are panel noise: left out.
 NEGLIGIBLE = 1e-3
 
 
-def _check_data(omega: Array, A: Array, B: Array, infinite: Array) -> None:
+def irregular_frequencies(omega: Array, added_mass: Array, damping: Array) -> Array:
+    """Frequencies (k,) [rad/s] at which radiation data look spoilt by irregular frequencies.
+
+    The boundary integral equation of a hull without a lid has spurious eigenvalues above a certain
+    frequency (John 1950; Lee & Sclavounos 1989, J. Fluid Mech. 207): near them A and B jump, and B
+    may be negative. Here: an entry of the diagonal that leaves the cubic through its neighbours by
+    more than `JUMP` of its largest value, or a damping below -2 % of its largest value. Narrow
+    physical resonances (moonpools) look alike.
+
+    Args:
+        omega: (n,) rising, rad/s.
+        added_mass, damping: (n, 6, 6).
+    """
+    found = np.zeros(len(omega), dtype=bool)
+    for values in (damping, added_mass):
+        for dof in range(6):
+            entry = values[:, dof, dof]
+            if np.abs(entry).max() > 1e-9 * np.abs(values).max():
+                found |= _jumps(omega, entry)
+                if values is damping:
+                    found |= entry < -0.02 * np.abs(entry).max()
+    return np.asarray(omega[found])
+
+
+def _jumps(omega: Array, values: Array) -> NDArray[np.bool_]:
+    """Which values (n,) leave the curve of the others; the worst first, which then counts no more.
+
+    The curve is the cubic through the two nearest of the others on each side.
+    """
+    kept = list(range(len(omega)))
+    out = np.zeros(len(omega), dtype=bool)
+    while len(kept) > 8:
+        x, y = omega[kept], values[kept]
+        off = np.zeros(len(kept))
+        for i in range(2, len(kept) - 2):
+            near = [i - 2, i - 1, i + 1, i + 2]
+            weights = [
+                np.prod([(x[i] - x[b]) / (x[a] - x[b]) for b in near if b != a]) for a in near
+            ]
+            off[i] = abs(y[i] - np.dot(weights, y[near]))
+        worst = int(off.argmax())
+        if off[worst] <= JUMP * np.abs(values).max():
+            break
+        out[kept.pop(worst)] = True
+    return out
+
+
+def _irregular_hint(omega: Array, A: Array, B: Array) -> str:
+    """Advice that names irregular frequencies, empty where none are seen."""
+    found = irregular_frequencies(omega, A, B)
+    if not len(found):
+        return ""
+    listed = ", ".join(f"{w:.3g}" for w in found[:6]) + (", ..." if len(found) > 6 else "")
+    below = omega[omega < found[0]][:-1]
+    band = ""
+    if len(below) >= FEWEST:
+        band = (
+            f", or fit below them: band=({omega[0]:.4g}, {below[-1]:.4g}) (marine-mj hydro "
+            "--memory-band, python -m marine_mj.hydrodynamics.fit_database --band)"
+        )
+    return (
+        f". The data jump at {listed} rad/s, as irregular frequencies (or noise) make them: "
+        f"compute them with a lid in the waterplane{band}"
+    )
+
+
+def _check_data(omega: Array, A: Array, B: Array, infinite: Array, symmetrise: bool) -> None:
     """Raise unless the data can be those of radiation at zero speed."""
     n = len(omega)
-    if n < 8 or A.shape != (n, 6, 6) or B.shape != (n, 6, 6) or infinite.shape != (6, 6):
+    if n < FEWEST or A.shape != (n, 6, 6) or B.shape != (n, 6, 6) or infinite.shape != (6, 6):
         raise ModelError(
             f"radiation data have the shapes omega {omega.shape}, added mass {A.shape}, damping "
             f"{B.shape}, A(inf) {infinite.shape}; allowed are (n,), (n, 6, 6), (n, 6, 6), (6, 6) "
-            "with n >= 8 frequencies"
+            f"with n >= {FEWEST} frequencies"
         )
     finite = all(np.isfinite(values).all() for values in (omega, A, B, infinite))
     if not (finite and omega[0] > 0 and (np.diff(omega) > 0).all()):
@@ -39,11 +111,13 @@ def _check_data(omega: Array, A: Array, B: Array, infinite: Array) -> None:
         skew = np.abs(values - np.swapaxes(values, 1, 2)).max(axis=0)
         skew = skew / np.maximum(np.outer(size, size), 1e-300)
         i, j = np.unravel_index(skew.argmax(), skew.shape)
-        if skew[i, j] > 0.05:
+        if skew[i, j] > 0.05 and not symmetrise:
             raise ModelError(
                 f"radiation {name} ({DOFS[i]}, {DOFS[j]}) and its mirror differ by "
                 f"{skew[i, j]:.3g} of the diagonal, allowed is 0.05: zero speed and one origin for "
-                "forces and motions are needed"
+                "forces and motions are needed; if it is noise of the panels, fit the mean of both "
+                "by symmetrise=True (python -m marine_mj.hydrodynamics.fit_database --symmetrise)"
+                + _irregular_hint(omega, A, B)
             )
     smallest = float(np.linalg.eigvalsh(symmetric(infinite))[0])
     if smallest < -1e-6 * np.abs(infinite).max():
@@ -60,6 +134,7 @@ def _check_data(omega: Array, A: Array, B: Array, infinite: Array) -> None:
             f"radiation damping at {omega[worst]:.4g} rad/s has the eigenvalue "
             f"{lowest[worst]:.3g} of its largest value, allowed is >= -0.02: it would feed energy "
             "into the body; check the mesh (irregular frequencies: add a lid) and the signs"
+            + _irregular_hint(omega, A, B)
         )
 
 
@@ -87,6 +162,8 @@ def fit_memory(
     target: float = TARGET_ERROR,
     allowed: float = ALLOWED_ERROR,
     most_poles: int = MOST_POLES,
+    band: tuple[float, float] | None = None,
+    symmetrise: bool = False,
 ) -> Memory:
     """Radiation memory that fits frequency-domain data, stable and passive. Deterministic.
 
@@ -94,8 +171,9 @@ def fit_memory(
     1 with a zero at omega = 0 (Perez & Fossen 2009, "A Matlab toolbox for parametric
     identification of radiation-force models", sec. 3) that hold the high-frequency tail
     B ~ omega^-2. Degrees of freedom that are coupled share their poles, which vector fitting finds;
-    the residues follow from least squares with passivity as a condition, at every frequency up to
-    1000 times the band. The order rises until the error of every pair is below `target`.
+    the residues follow from least squares with passivity as a condition, from 1/1000 to 1000 times
+    the poles, on the grid on which `Memory.check` looks. The order rises until the error of every
+    pair is below `target`.
 
     Args:
         omega: (n,) rising, rad/s, without 0 and infinity.
@@ -105,16 +183,22 @@ def fit_memory(
         target: error (see `PairFit`) at which the order does not rise any more.
         allowed: largest error of the best fit.
         most_poles: largest number of pole pairs per group of coupled degrees of freedom.
+        band: (lowest, highest) frequency that is fitted, rad/s; None: all of them. For data that
+            are spoilt above some frequency.
+        symmetrise: fit the symmetric part of A, B and A(inf) however much they differ from it.
 
     Raises:
         ModelError: the data have other shapes, are not symmetric within 5 %, have damping with a
             negative eigenvalue beyond 2 % or a negative A(inf); or the fit of a pair is worse than
-            `allowed`.
+            `allowed`. The message names frequencies that look irregular.
     """
     omega = np.asarray(omega, dtype=float)
     A, B = np.asarray(added_mass, dtype=float), np.asarray(damping, dtype=float)
     infinite = np.asarray(infinite_added_mass, dtype=float)
-    _check_data(omega, A, B, infinite)
+    if band is not None:
+        inside = (omega >= band[0] * (1 - 1e-9)) & (omega <= band[1] * (1 + 1e-9))
+        omega, A, B = omega[inside], A[inside], B[inside]
+    _check_data(omega, A, B, infinite, symmetrise)
     infinite = symmetric(infinite)
     K = symmetric(B) + 1j * omega[:, None, None] * (symmetric(A) - infinite)
     all_poles, all_residues = [np.zeros(0, dtype=complex)], [np.zeros((0, 6, 6), dtype=complex)]
@@ -144,11 +228,14 @@ def fit_memory(
             raise ModelError(
                 f"no passive radiation memory was found in {', '.join(DOFS[d] for d in group)} "
                 f"with 2 to {most_poles} poles: check infinite_added_mass, give the wave database "
-                "more frequencies, or allow more poles"
+                "more frequencies, or allow more poles" + _irregular_hint(omega, A, B)
             )
         all_poles.append(best[1])
         all_residues.append(best[2])
     memory = Memory(infinite, np.concatenate(all_poles), np.concatenate(all_residues))
-    memory.check_fit(omega, A, B, allowed)
+    try:
+        memory.check_fit(omega, A, B, allowed)
+    except ModelError as error:
+        raise ModelError(f"{error}{_irregular_hint(omega, A, B)}") from None
     memory.check()
     return memory

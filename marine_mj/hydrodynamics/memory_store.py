@@ -9,9 +9,10 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics.memory import Memory, PairFit
 from marine_mj.hydrodynamics.memory_fit import fit_memory
-from marine_mj.hydrodynamics.netcdf import read_variables
+from marine_mj.hydrodynamics.netcdf import read_attributes, read_variables
 from marine_mj.hydrodynamics.raos import LABELS, database_path
 from marine_mj.hydrodynamics.vector_fitting import Complex
+from marine_mj.hydrodynamics.wave_file import density_ratio
 
 _PAIR = ("radiating_dof", "influenced_dof")
 _POLES = ("complex", "memory_pole")
@@ -67,6 +68,11 @@ def _memory(path: Path) -> tuple[Memory, tuple[PairFit, ...]]:
     if not stored:
         memory = fit_memory(*arguments, data["infinite"])
         return memory, memory.fits(*arguments)
+    band = read_attributes(path, (), of="memory_poles").get("band")
+    if band is not None:
+        inside = (data["omega"] >= band[0] * (1 - 1e-9)) & (data["omega"] <= band[1] * (1 + 1e-9))
+        omega, A, B = arguments
+        arguments = omega[inside], A[inside], B[inside]
     infinite = 0.5 * (data["infinite"] + data["infinite"].T)
     memory = Memory(infinite, stored["memory_poles"], stored["memory_residues"])
     try:
@@ -77,6 +83,12 @@ def _memory(path: Path) -> tuple[Memory, tuple[PairFit, ...]]:
             f"the radiation memory stored in {path.name} does not belong to its data: {error}; "
             f"store it again: python -m marine_mj.hydrodynamics.fit_database {path}"
         ) from error
+
+
+def forget() -> None:
+    """Read files again when they are next needed."""
+    read_radiation.cache_clear()
+    _memory.cache_clear()
 
 
 def has_memory_data(name: str) -> bool:
@@ -97,13 +109,15 @@ def database_memory(name: str) -> Memory:
     """Radiation memory of a wave database, fitted where none is stored in it; read once.
 
     Args:
-        name: wave database, see `raos.database_path`.
+        name: wave database, see `raos.database_path`; A(inf) and residues are those in the density
+            of the water that it carries (`wave_file.WaveDatabase`).
 
     Raises:
         ModelError: the database does not exist or lacks A, B or A(inf); the stored or fitted
             model is not stable, not passive or does not fit.
     """
-    return _memory(database_path(name))[0]
+    path = database_path(name)
+    return _memory(path)[0].scaled(density_ratio(name, path))
 
 
 def memory_report(name: str) -> tuple[PairFit, ...]:

@@ -5,6 +5,7 @@ Models are loaded without xarray, whose import would take as long as that of the
 
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +52,33 @@ def read_variables(
                     table = table.take(_places(entries, labels[axis]), axis=place)
             found[name] = table
     return found
+
+
+def read_attributes(path: Path, variables: Sequence[str], of: str | None = None) -> dict[str, Any]:
+    """Attributes of a file, with the values of some of its variables where it has them.
+
+    Args:
+        path: the file.
+        variables: read whole; they come before attributes of the same name.
+        of: the attributes of this variable instead of the file's.
+
+    Raises:
+        OSError: the file cannot be read or is no NetCDF 4 file.
+    """
+    import h5netcdf
+
+    with h5netcdf.File(path, "r") as file:
+        owner = file if of is None else file.variables.get(of)
+        found = {} if owner is None else {name: _plain(v) for name, v in owner.attrs.items()}
+        for name in variables:
+            if name in file.variables:
+                found[name] = np.asarray(file.variables[name][...])
+    return found
+
+
+def _plain(value: Any) -> Any:
+    """An attribute with its text as str."""
+    return value.decode() if isinstance(value, bytes) else value
 
 
 def _places(entries: NDArray, labels: Sequence[str]) -> list[int]:

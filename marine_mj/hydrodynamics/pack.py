@@ -1,6 +1,7 @@
 """Packing coefficients and environment into the table that the native kernels read."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -17,9 +18,11 @@ from marine_mj.hydrodynamics.inertia import subtree_inertia
 from marine_mj.hydrodynamics.low_frequency import drift_in, filter_entries
 from marine_mj.hydrodynamics.panels import restoring_of, uses_panels
 from marine_mj.hydrodynamics.raos import radiation
+from marine_mj.hydrodynamics.sea_check import check_directions, check_sea
 from marine_mj.hydrodynamics.shelter import shelter_block
 from marine_mj.hydrodynamics.surface import half_height, surface_block
 from marine_mj.hydrodynamics.table_builder import TableBuilder
+from marine_mj.hydrodynamics.wave_file import WaveDatabase
 
 
 def _wave_rows(waves: WaveField) -> Array:
@@ -116,6 +119,28 @@ def _volume(body: BodyCoefficients, environment: Environment) -> float:
     return body.displaced_volume
 
 
+def in_this_water(
+    body: BodyCoefficients, settings: BodySettings, environment: Environment
+) -> BodyCoefficients:
+    """The body with the density and the hull symmetry at which its wave database is used."""
+    if body.wave_database is None:
+        return body
+    name = WaveDatabase(body.wave_database, environment.water_density, settings.hull_symmetry)
+    return replace(body, wave_database=name)
+
+
+def _check_database(body: BodyCoefficients, settings: BodySettings, sea: Environment) -> None:
+    """Tell what the wave database of a body lacks in this sea; see `check_sea`."""
+    motion = motion_of(body, settings)
+    if body.wave_database is None or motion not in ("dynamic", "rao"):
+        return
+    response = "motion"
+    if motion == "dynamic":
+        panels = uses_panels(body, settings) and settings.froude_krylov
+        response = "diffraction" if panels else "force"
+    check_sea(body.name, body.wave_database, response, sea)
+
+
 def _record(
     model: mujoco.MjModel,
     table: TableBuilder,
@@ -129,6 +154,8 @@ def _record(
 
     `afloat`: bodies with a buoyancy of their own, which their carrier does not bear. `bodies`: all.
     """
+    body = in_this_water(body, settings, environment)
+    _check_database(body, settings, environment)
     index = model.body(body.name).id
     last, count = _chain(model, index, body.name)
     motion = motion_of(body, settings)
@@ -147,6 +174,9 @@ def _record(
         p[t_.B_SHELTER] = shelter_block(
             model, table, body.name, settings.sheltered_by, motion, bodies, environment.waves
         )
+        shelter = next(b.shelter_database for b in bodies if b.name == settings.sheltered_by)
+        if len(environment.waves.omega):
+            check_directions(settings.sheltered_by, str(shelter), "shelter")
     p[t_.B_LONG_WAVE] = long_wave_block(model, table, body, environment, settings, afloat)
     quadratic = body.quadratic_damping
     if body.strips is not None and settings.strips:

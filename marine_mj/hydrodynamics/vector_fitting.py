@@ -18,7 +18,55 @@ RELOCATIONS = 30
 #: Rounds of adding the frequencies at which the last residues were not passive.
 CUTS = 40
 #: Smallest eigenvalue that the cuts ask for, of the scaled Re K (1 is its usual size).
-MARGIN = 1e-4
+MARGIN = 1e-5
+#: Below this one Re K is looked at more closely between the frequencies of the grid.
+NEAR = 0.02
+
+
+def passivity_grid(poles: Complex) -> Array:
+    """Frequencies [rad/s] at which passivity is asked for.
+
+    From 1/1000 to 1000 times the poles, and densely around each of them: a lightly damped pole is
+    narrower than any even grid. `between_minima` adds to it where Re K comes near zero. Beyond the
+    last pole Re K falls with omega^-2, below the first one with omega^2; `passivity_weight` undoes
+    that, so that the ends count as the middle. Fit and check use the same frequencies and weights,
+    so that what the one makes the other allows.
+    """
+    sizes = np.abs(poles)
+    low, high = float(sizes.min()), float(sizes.max())
+    around = np.abs(poles.imag)[:, None] + np.abs(poles.real)[:, None] * np.linspace(-5, 5, 101)
+    omega: Array = np.concatenate(
+        [
+            np.geomspace(1e-3 * low, 0.03 * low, 150, endpoint=False),
+            np.geomspace(0.03 * low, 30 * high, 2000),
+            np.geomspace(30 * high, 1e3 * high, 151)[1:],
+            around[around > 1e-3 * low],
+        ]
+    )
+    return np.unique(omega)
+
+
+def passivity_weight(omega: Array, poles: Complex) -> Array:
+    """Weights (n,) of Re K at `omega`: see `passivity_grid`."""
+    sizes = np.abs(poles)
+    center = float(np.sqrt(sizes.min() * sizes.max()))
+    weight: Array = (omega / center) ** 2 + (center / omega) ** 2
+    return weight
+
+
+def between_minima(grid: Array, lowest: Array) -> Array:
+    """More frequencies around the places of the grid where the smallest eigenvalue may dip below.
+
+    Args:
+        grid: from `passivity_grid`.
+        lowest: smallest eigenvalue of the scaled and weighted Re K there.
+    """
+    low = (lowest[1:-1] <= lowest[:-2]) & (lowest[1:-1] <= lowest[2:]) & (lowest[1:-1] < NEAR)
+    places = np.flatnonzero(low) + 1
+    share = np.linspace(0.0, 1.0, 34)[1:-1]
+    return np.sort(
+        (grid[places - 1, None] + (grid[places + 1] - grid[places - 1])[:, None] * share).ravel()
+    )
 
 
 def basis(s: Complex, poles: Complex) -> Complex:
@@ -99,22 +147,36 @@ class Residues:
         )
         self.map = null @ np.linalg.inv(triangle)  # residues (2 p, k) = map @ u
         self.u = Q.T @ _stacked(H)
-        center = np.sqrt(omega[0] * omega[-1])
-        far = np.geomspace(1e-3, 0.03, 150, endpoint=False)
-        near = np.geomspace(0.03, 1 / 0.03, 2000)  # dense, so that nothing hides between
-        self.grid = center * np.concatenate([far, near, 1 / far[::-1]])
-        # Re K falls with omega^2 on both sides: scaled so that the ends count as the middle
-        weight = (self.grid / center) ** 2 + (center / self.grid) ** 2
-        self.real = weight[:, None] * (basis(1j * self.grid, poles).real @ self.map)
+        self.grid = passivity_grid(poles)
+        self.real = self._rows(self.grid)
 
-    def _eigen(self, u: Array) -> tuple[Array, Array]:
-        """Smallest eigenvalues (grid,) and their vectors (grid, size) of the scaled Re K."""
-        entries = self.real @ u
+    def _rows(self, omega: Array) -> Array:
+        """Weighted real parts (n, 2 p) of the basis at omega (n,), as factors of u."""
+        s = np.asarray(1j * omega, dtype=complex)
+        rows: Array = passivity_weight(omega, self.poles)[:, None] * (
+            basis(s, self.poles).real @ self.map
+        )
+        return rows
+
+    def _eigen(self, real: Array, u: Array) -> tuple[Array, Array]:
+        """Smallest eigenvalues (n,) and their vectors (n, size) of the scaled Re K."""
+        entries = real @ u
         matrix = np.zeros((len(entries), self.size, self.size))
         matrix[:, self.pairs[0], self.pairs[1]] = entries
         matrix[:, self.pairs[1], self.pairs[0]] = entries
         values, vectors = np.linalg.eigh(matrix)
         return values[:, 0], vectors[:, :, 0]
+
+    def _broken(self, u: Array) -> list[tuple[Array, Array]]:
+        """(row, vector) at the lowest negative eigenvalues of Re K; nothing if it is passive."""
+        real = self.real
+        lowest, vectors = self._eigen(real, u)
+        if lowest.min() >= 0:
+            real = self._rows(between_minima(self.grid, lowest))
+            lowest, vectors = self._eigen(real, u)
+        padded = np.concatenate([[np.inf], lowest, [np.inf]])
+        worst = (lowest < 0) & (lowest <= padded[:-2]) & (lowest <= padded[2:])
+        return [(real[place], vectors[place]) for place in np.flatnonzero(worst)]
 
     def passive(self) -> Complex | None:
         """Residues (p, k) of the nearest passive fit; None if the cuts did not end."""
@@ -124,17 +186,14 @@ class Residues:
         u: Array = self.u
         rows: list[Array] = []
         for _ in range(CUTS):
-            lowest, vectors = self._eigen(u)
-            if lowest.min() >= 0:
+            broken = self._broken(u)
+            if not broken:
                 values = self.map @ u
                 count = len(self.poles)
                 return values[:count] + 1j * values[count:]
-            padded = np.concatenate([[np.inf], lowest, [np.inf]])
-            worst = (lowest < 0) & (lowest <= padded[:-2]) & (lowest <= padded[2:])
-            for place in np.flatnonzero(worst):
-                v = vectors[place]
+            for real, v in broken:
                 products = double * v[self.pairs[0]] * v[self.pairs[1]]
-                rows.append(np.outer(self.real[place], products).ravel())
+                rows.append(np.outer(real, products).ravel())
             G = np.array(rows)
             h = MARGIN - G @ self.u.ravel()
             E = np.concatenate([G.T, h[None]])

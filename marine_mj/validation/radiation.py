@@ -18,8 +18,10 @@ from marine_mj.validation.rows import Row, row
 MODEL, DATABASE = "dus_v5750", "dus_v5750_box.nc"
 SOURCE = "frequency domain (Capytaine)"
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-#: Degrees of freedom that waves move, by index of the wave direction: ahead and at 45 deg.
-DOFS_OF = {0: (0, 2, 4), 2: (0, 1, 2, 3, 4, 5)}
+#: Indices of the wave directions 0 and 45 deg of the database.
+AHEAD, OBLIQUE = 0, 4
+#: Degrees of freedom that waves move, by index of the wave direction.
+DOFS_OF = {AHEAD: (0, 2, 4), OBLIQUE: (0, 1, 2, 3, 4, 5)}
 #: Responses below this, of the wave or its slope, are not compared as ratios.
 SMALL = 0.05
 #: Indices of the ten frequencies, 0.8 to 4.5 rad/s (periods 1.4 to 7.9 s).
@@ -87,7 +89,7 @@ def regular_waves() -> Iterator[Row]:
     slope = omega[:, None] ** 2 / 9.81
     scale = np.where(np.arange(6) < 3, 1.0, slope)
     source = f"frequency domain with hull friction, worst of {len(FREQUENCIES)} frequencies"
-    for column, name in ((0, "head"), (2, "45 deg")):
+    for column, name in ((AHEAD, "head"), (OBLIQUE, "45 deg")):
         got = np.array([response(index, column) for index in FREQUENCIES])
         wanted = np.array([expected_response(index, column) for index in FREQUENCIES])
         for dof in DOFS_OF[column]:

@@ -39,8 +39,13 @@ def database():
         ):
             table = data[variable].sel({dof: DOFS})
             table = table.transpose("complex", "omega", "wave_direction", dof).values
-            tables[name] = table[0].astype(float) + 1j * table[1]
-        return data["omega"].values, data["wave_direction"].values, tables
+            half = table[0].astype(float) + 1j * table[1]
+            # the file goes from 0 to 180 deg: the other side by the symmetry of the box
+            other = half[:, -2:0:-1] * np.array([1, -1, 1, -1, 1, -1])
+            tables[name] = np.concatenate([half, other], axis=1)
+        direction = data["wave_direction"].values
+        whole = np.concatenate([direction, 2 * np.pi - direction[-2:0:-1]])
+        return data["omega"].values, whole, tables
 
 
 def vessel(environment, motion, *, pose=(0.0, 0.0, 0.0), extra="", radiation=None, **options):
@@ -312,7 +317,7 @@ def test_excitation_turns_with_the_vessel(database, yaw_steps):
     force = marine_mj.wrenches(model, data)["a"]["waves"]
     along = 4.0 * np.cos(relative + yaw) - 9.0 * np.sin(relative + yaw)
     theta = sea.wavenumber[0] * along - omega[index] * data.time + 0.3
-    expected = np.real(tables["force"][index, 2] * 0.5 * height * np.exp(1j * theta))
+    expected = np.real(tables["force"][index, 6] * 0.5 * height * np.exp(1j * theta))
     # measured 1e-15 relative
     np.testing.assert_allclose(force, expected, atol=1e-8 * np.abs(expected).max())
 

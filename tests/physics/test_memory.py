@@ -25,7 +25,9 @@ from marine_mj.validation import radiation as cases
 USV = "dus_v5750"
 
 
-@pytest.mark.parametrize(("index", "column"), [(20, 0), (30, 2)])  # 2.3 s ahead, 2 s oblique
+@pytest.mark.parametrize(
+    ("index", "column"), [(20, cases.AHEAD), (30, cases.OBLIQUE)]
+)  # 2.3 s ahead, 2 s oblique
 def test_regular_waves_give_the_rao(index, column):
     rao = read_responses(database_path("dus_v5750_box.nc"), "motion")[2][index, column]
     got = cases.response(index, column)

@@ -215,7 +215,7 @@ def test_damaged_wave_database(tmp_path):
     refused(
         with_database(path),
         "damaged.nc is not a wave database",
-        "radiation_damping",
+        "excitation_force",
         environment=Environment(waves=SEA),
     )
 

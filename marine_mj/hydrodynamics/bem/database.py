@@ -109,6 +109,34 @@ def wave_database(
     return data
 
 
+def water_attributes(
+    density: float,
+    gravity: float,
+    depth: float,
+    hull_symmetry: str = "none",
+    hull_radius: float | None = None,
+) -> dict[str, Any]:
+    """What every reader of a database has to know of its water and hull, as numbers.
+
+    Args:
+        density: kg/m3.
+        gravity: m/s2.
+        depth: m, infinity in deep water.
+        hull_symmetry: mirror planes through the origin: "none", "xz" (port and starboard) or
+            "xz yz" (bow and stern, too); see `hydrodynamics.wave_file`.
+        hull_radius: largest horizontal distance of the wetted hull from the origin, m.
+    """
+    attributes: dict[str, Any] = {
+        "water_density": float(density),
+        "gravity": float(gravity),
+        "water_depth": float(depth),
+        "hull_symmetry": hull_symmetry,
+    }
+    if hull_radius is not None:
+        attributes["hull_radius"] = float(hull_radius)
+    return attributes
+
+
 def hydrostatic_variables(
     still: Hydrostatics, center_of_mass: Array, origin: Array
 ) -> dict[str, Any]:

@@ -26,8 +26,7 @@ def rao(
 ) -> NDArray[np.complex128]:
     """Complex response of one degree of freedom to waves of 1 m amplitude, as a simulation uses it.
 
-    Linear between the frequencies and directions of the database, held below its lowest frequency
-    and zero above its highest.
+    Between the frequencies, directions and beyond them as in `hydrodynamics.raos.responses`.
 
     Args:
         database: file of a wave database, or its name in the package's assets.

@@ -5,14 +5,18 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from marine_mj.environment import wavenumber
 from marine_mj.frames import Array
-from marine_mj.hydrodynamics.bem.database import hydrostatic_variables, wave_database
+from marine_mj.hydrodynamics.bem.database import (
+    hydrostatic_variables,
+    water_attributes,
+    wave_database,
+)
 from marine_mj.hydrodynamics.bem.drift import database_drift
 from marine_mj.hydrodynamics.bem.panels import Panels
 from marine_mj.hydrodynamics.bem.rao import (
@@ -29,9 +33,6 @@ from marine_mj.hydrodynamics.hydrostatics import hydrostatics
 
 if TYPE_CHECKING:
     import xarray as xr
-
-#: Default directions: every 15 degrees.
-_DIRECTIONS = np.radians(np.arange(0.0, 360.0, 15.0))
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ def respond(
         panels,
         cover,
         omega=hull.omega(),
-        directions=_DIRECTIONS if s.directions is None else np.asarray(s.directions),
+        directions=hull.directions(),
         density=s.density,
         gravity=s.gravity,
         depth=s.depth,
@@ -157,7 +158,7 @@ def _method(s: Settings) -> str:
     return "indirect" if s.needs_sources else s.method
 
 
-def _attributes(hull: Hull, response: Response) -> dict[str, str]:
+def _attributes(hull: Hull, response: Response) -> dict[str, Any]:
     """Attributes of every database of a hull: mesh, panels, water, settings, versions."""
     s, panels, cover = hull.settings, response.panels, response.lid
     deep = "infinite depth" if np.isinf(s.depth) else f"depth {s.depth:g} m"
@@ -169,6 +170,7 @@ def _attributes(hull: Hull, response: Response) -> dict[str, str]:
         f"{0 if cover is None else len(cover)} lid panels against irregular frequencies, "
         f"{len(panels.mirrors)} mirror planes, {_method(s)} method",
         "water": f"{where}, rho {s.density:g} kg/m3, g {s.gravity:g} m/s2",
+        **water_attributes(s.density, s.gravity, s.depth, hull.mirror_planes, hull.radius),
         "origin": "waterline frame " + " ".join(f"{v:.6g}" for v in hull.origin) + " m",
         "settings": json.dumps({k: _plain(v) for k, v in dataclasses.asdict(s).items()}),
         "assumptions": "; ".join(response.notes),

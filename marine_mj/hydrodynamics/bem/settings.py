@@ -20,7 +20,8 @@ class Settings:
         center_of_mass: in mesh coordinates, m; see `rigid_body` for what is assumed.
         inertia, gyration: diagonal about the centre of mass, kg m2, or radii of gyration, m.
         density, gravity, depth: kg/m3, m/s2, m.
-        omega, directions: rad/s, rad; None: from the hull's length, every 15 degrees.
+        omega, directions: rad/s, rad; None: from the hull's length; every 15 degrees, or
+            as many as its shortest waves need.
         panel: wanted panel size, m; None: about 700 panels.
         symmetry: solve for half or a quarter of a hull with mirror planes.
         lid: panels in the waterplane against irregular frequencies.

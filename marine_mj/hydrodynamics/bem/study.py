@@ -1,11 +1,12 @@
 """From a mesh to a hull in still water: the first steps of `marine-mj hydro`."""
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from marine_mj.environment import wavenumber
 from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics.bem.find import find_hull
@@ -14,8 +15,16 @@ from marine_mj.hydrodynamics.bem.remesh import remesh
 from marine_mj.hydrodynamics.bem.rigid_body import RigidBody, rigid_body
 from marine_mj.hydrodynamics.bem.settings import Settings, check_settings
 from marine_mj.hydrodynamics.cut import cut
+from marine_mj.hydrodynamics.harmonics import highest_harmonic, round_step
 from marine_mj.hydrodynamics.hydrostatics import Hydrostatics, hydrostatics
 from marine_mj.hydrodynamics.mesh import HullMesh, read_mesh
+from marine_mj.hydrodynamics.wave_file import (
+    LARGEST_GAP,
+    SAME,
+    HullSymmetry,
+    missing_directions,
+    whole_circle,
+)
 
 #: Panels of the whole hull that the default panel size aims at.
 DEFAULT_PANELS = 700
@@ -85,6 +94,60 @@ class Hull:
         hull = from_triangles(*remesh(points, faces, size), mirrors)
         floats = self.settings.lid and self.still.waterplane_area > 0 and not self.unbounded
         return hull, lid(hull, size) if floats else None
+
+    @property
+    def radius(self) -> float:
+        """Largest horizontal distance of the wetted hull from the origin, m."""
+        return float(np.linalg.norm(self.wetted[0][:, :2] - self.origin[:2], axis=1).max())
+
+    @property
+    def mirror_planes(self) -> HullSymmetry:
+        """Planes through the origin about which the hull and its mass are symmetric."""
+        size = float(np.ptp(self.mesh.vertices, axis=0).max())
+        inertia = self.body.inertia
+
+        def mirrored(axis: int) -> bool:
+            places = abs(self.origin[axis]), abs(self.body.center_of_mass[axis])
+            products = np.delete(inertia[axis], axis)
+            straight = np.abs(products).max() <= 1e-4 * np.abs(inertia).max()
+            return max(places) <= 1e-4 * size and bool(
+                straight and is_mirrored(self.mesh.vertices, axis)
+            )
+
+        if not mirrored(1):
+            return "none"
+        return "xz yz" if mirrored(0) else "xz"
+
+    def largest_step(self) -> float:
+        """Largest step of the wave direction that holds the loads of the shortest waves, rad."""
+        s, omega = self.settings, self.omega()
+        k = float(wavenumber(omega[-1], s.depth, s.gravity)) if len(omega) else 0.0
+        return float(np.pi / max(highest_harmonic(k, self.radius), 1.0))
+
+    def directions(self) -> Array:
+        """Directions asked for, or all around in steps that the shortest waves need, rad."""
+        if self.settings.directions is not None:
+            return np.asarray(self.settings.directions, dtype=float)
+        step = min(round_step(np.degrees(self.largest_step())), 15.0)
+        return np.radians(np.arange(0.0, 360.0 - 1e-9, step))
+
+    def direction_notes(self) -> list[str]:
+        """What the directions asked for lack; nothing for the default ones."""
+        if self.unbounded or self.settings.directions is None:
+            return []
+        circle = whole_circle(self.directions(), self.mirror_planes)
+        if circle.gap > LARGEST_GAP + SAME:
+            text = missing_directions(circle, self.mirror_planes)
+            return [f"the database cannot be simulated with: {text}"]
+        step = self.largest_step() * (1 if circle.even else 0.5)
+        if circle.gap <= step + SAME:
+            return []
+        return [
+            f"directions are up to {np.degrees(circle.gap):.3g} deg apart, and in the shortest "
+            f"waves ({self.omega()[-1]:.3g} rad/s) of a hull of {self.radius:.3g} m radius loads "
+            f"are lost between them: compute them every {round_step(np.degrees(step)):g} deg, or "
+            "leave out the highest frequencies"
+        ]
 
     def omega(self) -> Array:
         """Frequencies asked for, or the default ones for the hull's length, rad/s."""
@@ -170,7 +233,7 @@ def read_hull(name: str, settings: Settings | None = None) -> Hull:
     wetted = (points, faces)
     title = vehicle.name if vehicle else file.stem
     name = Path(name).stem if vehicle else title
-    return Hull(
+    hull = Hull(
         name,
         file.name,
         digest,
@@ -183,6 +246,7 @@ def read_hull(name: str, settings: Settings | None = None) -> Hull:
         settings,
         tuple(notes),
     )
+    return replace(hull, notes=(*hull.notes, *hull.direction_notes()))
 
 
 def _of_vehicle(name: str, body: str, shift: Array) -> RigidBody:
