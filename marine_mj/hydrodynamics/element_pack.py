@@ -93,13 +93,10 @@ def by_heading(
 
     See `responses`.
     """
-    blocks = []
     reference, headings = reference_yaw(waves), heading_count(database, response)
-    for heading in range(headings):
-        yaw = reference + 2 * np.pi * heading / headings
-        each = responses(database, response, waves, yaw)
-        blocks.append(np.stack([each.real, each.imag], axis=1))
-    return headings, table.add(np.stack(blocks)), reference
+    yaws = reference + 2 * np.pi * np.arange(headings) / headings
+    each = responses(database, response, waves, yaws)
+    return headings, table.add(np.stack([each.real, each.imag], axis=2)), reference
 
 
 def _drift(

@@ -27,16 +27,18 @@ from marine_mj.hydrodynamics.kernels.surface import (
     entry_loads,
     floating_state,
     near_surface,
+    publish_share,
     wet_parts,
     wet_strips,
 )
-from marine_mj.hydrodynamics.kernels.water import POINT, water_row
+from marine_mj.hydrodynamics.kernels.water import POINT, phasors, water_row
 
 _XPOS = field("d", "xpos")
 _XMAT = field("d", "xmat")
 _TIMESTEP = field("m", "opt.timestep")
 #: RK4 wants the rate of the wet share at an instant: over this part of a step.
 _INSTANT = 1.0 / 1024.0
+_WAVES = t_.MAX_WAVES
 _CAUSES = 6 * len(t_.CAUSES)
 _INERTIAS = 36 * t_.INERTIAS
 _STRIPS = t_.MAX_STRIPS
@@ -44,8 +46,12 @@ _STRIP_VALUES = POINT * t_.MAX_STRIPS
 
 
 @njit
-def _water_at_body(data, table, p, R, x, nu, time, back, points, wet, state, nu_w, acc_w):
+def _water_at_body(
+    data, table, p, R, x, nu, time, back, place, cosine, sine, points, wet, state, nu_w, acc_w
+):
     """Water twist nu_w (6) and acceleration acc_w (6) the body feels; wet parts and state.
+
+    place (3), cosine, sine: low-frequency place and phasors of the waves there, where it has one.
 
     A body with strips gets the rigid motion that fits the water motion along its length best
     (weighted least squares of the transverse components); without strips, the motion at its
@@ -85,7 +91,7 @@ def _water_at_body(data, table, p, R, x, nu, time, back, points, wet, state, nu_
 
     weights = advance(table, int(p[t_.B_STRIP_WEIGHT]))
     if p[t_.B_SURFACE] > 0.0:
-        floating_state(data, table, p, R, nu, time, back, state)
+        floating_state(data, table, p, R, nu, time, back, place, cosine, sine, state)
         wet_strips(p, table[int(p[t_.B_SURFACE]) + t_.SF_DRAUGHT], state, wet)
     else:
         wet_parts(table, p, R, nu, first, step, count, time, back, near, surface, wet, state)
@@ -248,11 +254,9 @@ def _displacement_loads(table, p, R, points, wet, buoyancy, pressure):
 
 
 @njit
-def _long_waves(data, table, p, R, x, time, share, nu_w, acc_w, f):
+def _long_waves(table, p, R, x, place, time, share, nu_w, acc_w, f):
     """Water about a hull in long waves, nu_w and acc_w (6), and the wet share of their force."""
-    own = advance(floats(data, _XMAT), 9 * int(p[t_.B_BODY]))
-    place, at, force = scratch(3), scratch(3), scratch(6)
-    low_frequency_place(data, p, x, own, place)
+    at, force = scratch(3), scratch(6)
     at[0], at[1], at[2] = place[0], place[1], x[2]
     for i in range(6):
         force[i] = 0.0
@@ -264,10 +268,11 @@ def _long_waves(data, table, p, R, x, time, share, nu_w, acc_w, f):
 
 
 @njit
-def body_loads(model, data, table, p, time, R, nu, f, inertia):
+def body_loads(model, data, table, p, time, stepping, R, nu, f, inertia):
     """Wrenches by cause f (cause, 6) and inertia matrices (INERTIAS, 36) of one body record.
 
     Both about the body origin in the axes R (9) of the loads, which it returns, with the twist nu.
+    stepping: within a forward pass, whose rates of activations come next.
     """
     body = int(p[t_.B_BODY])
     x = advance(floats(data, _XPOS), 3 * body)
@@ -284,10 +289,19 @@ def body_loads(model, data, table, p, time, R, nu, f, inertia):
     load_axes(data, p, R)
     body_twist(data, p, R, nu)
     turn_rate(data, p, R, nu, spin)
-    _water_at_body(data, table, p, R, x, nu, time, back, points, wet, state, nu_w, acc_w)
+    place, cosine, sine = scratch(3), scratch(_WAVES), scratch(_WAVES)
+    low_frequency_place(data, p, x, advance(floats(data, _XMAT), 9 * body), place)
+    if int(p[t_.B_LOW_FREQUENCY]) > 0:
+        phasors(table, place[0], place[1], time, cosine, sine)
+    _water_at_body(
+        data, table, p, R, x, nu, time, back, place, cosine, sine, points, wet, state, nu_w, acc_w
+    )
     share = state[S_SHARE]
+    if stepping:
+        publish_share(data, p, share)
     if p[t_.B_LONG_WAVE] > 0.0:
-        _long_waves(data, table, p, R, x, time, share, nu_w, acc_w, advance(f, 6 * t_.C_WAVES))
+        force = advance(f, 6 * t_.C_WAVES)
+        _long_waves(table, p, R, x, place, time, share, nu_w, acc_w, force)
     for i in range(6):
         nu_r[i] = nu[i] - nu_w[i]
         flow[i] = nu_r[i]
@@ -309,4 +323,6 @@ def body_loads(model, data, table, p, time, R, nu, f, inertia):
     _damping_loads(p, nu, nu_r, flow, points, wet, share, advance(f, 6 * t_.C_DAMPING))
     buoyancy, waves = advance(f, 6 * t_.C_RESTORING), advance(f, 6 * t_.C_WAVES)
     _displacement_loads(table, p, R, points, wet, buoyancy, waves)
-    elements.apply(model, data, table, p, body, R, nu, flow, time, state, f, inertia)
+    elements.apply(
+        model, data, table, p, body, R, nu, flow, time, place, cosine, sine, state, f, inertia
+    )

@@ -86,7 +86,7 @@ def _compile(source: int):
         place = int(table[t_.H_FIRST_BODY])
         for _ in range(int(table[t_.H_BODIES])):
             p = advance(table, place)
-            body_loads(model, data, table, p, time, R, nu, f, inertia)
+            body_loads(model, data, table, p, time, True, R, nu, f, inertia)
             apply_loads(model, data, p, R, nu, f, inertia)
             place += int(p[t_.B_SIZE])
         mj_factorM(model, data)
@@ -105,7 +105,7 @@ def _compile(source: int):
             p = advance(table, place)
             row = advance(out, number * t_.REPORT_SIZE)
             inertia = advance(row, _WRENCHES)
-            body_loads(model, data, table, p, time, R, nu, row, inertia)
+            body_loads(model, data, table, p, time, False, R, nu, row, inertia)
             place += int(p[t_.B_SIZE])
 
     @cfunc(types.float64(types.voidptr, types.voidptr, types.int32), cache=True)

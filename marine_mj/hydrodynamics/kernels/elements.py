@@ -14,7 +14,6 @@ from marine_mj.hydrodynamics.kernels.drift import drift
 from marine_mj.hydrodynamics.kernels.equations import runge_kutta
 from marine_mj.hydrodynamics.kernels.functions import sin_cos
 from marine_mj.hydrodynamics.kernels.headings import heading_rows
-from marine_mj.hydrodynamics.kernels.low_frequency import low_frequency_place
 from marine_mj.hydrodynamics.kernels.memory import (
     advance,
     field,
@@ -281,10 +280,13 @@ def _faded(kind, surface):
 
 
 @njit
-def apply(model, data, table, record, body, R, nu, flow, time, state, f, inertia):
+def apply(
+    model, data, table, record, body, R, nu, flow, time, place, cosine, sine, state, f, inertia
+):
     """All elements of one body record.
 
-    flow (6): velocity of the body relative to the water particles. state: how wet it is
+    flow (6): velocity of the body relative to the water particles. place (3), cosine, sine: its
+    low-frequency place and the phasors of the waves there. state: how wet it is
     (`kernels.surface`).
     """
     share, surface = state[S_SHARE], int(record[t_.B_SURFACE])
@@ -294,10 +296,7 @@ def apply(model, data, table, record, body, R, nu, flow, time, state, f, inertia
     x = advance(floats(data, _XPOS), 3 * body)
     count = int(record[t_.B_ELEMENTS])
     start = int(record[t_.B_ELEMENT_DATA])
-    place = scratch(3)
-    low_frequency_place(data, record, x, own, place)
-    cosine, sine = scratch(_WAVES), scratch(_WAVES)
-    known = False
+    known = record[t_.B_LOW_FREQUENCY] > 0.0
     for _ in range(count):
         kind = table[start + t_.EL_KIND]
         q = advance(table, start + t_.EL_DATA)

@@ -29,7 +29,7 @@ from marine_mj.hydrodynamics.kernels.memory import (
     floats,
     scratch,
 )
-from marine_mj.hydrodynamics.kernels.surface import S_SHARE, S_SIZE, floating_state
+from marine_mj.hydrodynamics.kernels.surface import published_share
 from marine_mj.hydrodynamics.kernels.water import FAST
 
 _ACT = field("d", "act")
@@ -155,9 +155,8 @@ def memory_rates(model, data, table, number, time):
             x = advance(floats(data, _XPOS), 3 * int(p[t_.B_BODY]))
             _relative_twist(table, p, R, x, time, nu, nu_r)
             if p[t_.B_SURFACE] > 0.0:
-                state = scratch(S_SIZE)
-                floating_state(data, table, p, R, nu, time, float_value(model, _TIMESTEP), state)
+                share = published_share(model, data, table, p, R, nu, time)
                 for i in range(6):
-                    nu_r[i] *= state[S_SHARE]
+                    nu_r[i] *= share
             _rates(model, data, advance(table, element + t_.EL_DATA), nu_r)
         element += int(table[element + t_.EL_SIZE])

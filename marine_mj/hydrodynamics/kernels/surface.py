@@ -11,22 +11,24 @@ import math
 from numba import njit
 
 from marine_mj.hydrodynamics import table as t_
-from marine_mj.hydrodynamics.kernels.functions import sin_cos
 from marine_mj.hydrodynamics.kernels.low_frequency import (
-    low_frequency_place,
     low_frequency_velocity,
 )
-from marine_mj.hydrodynamics.kernels.memory import advance, field, floats, scratch
+from marine_mj.hydrodynamics.kernels.memory import advance, field, float_value, floats, scratch
 from marine_mj.hydrodynamics.kernels.water import (
     FAST,
     component,
     elevation,
+    phasors,
     wet_fraction_cylinder,
     wet_fraction_sphere,
 )
 
+_ACT_DOT = field("d", "act_dot")
 _XPOS = field("d", "xpos")
 _XMAT = field("d", "xmat")
+_TIMESTEP = field("m", "opt.timestep")
+_WAVES = t_.MAX_WAVES
 
 #: State of a body at the surface: wet share, rate at which it grows (1/s, 0 where it falls), its
 #: slope over the share of the weight that is carried, 1 where a column is at its limit; then of
@@ -37,19 +39,17 @@ _XMAT = field("d", "xmat")
 
 
 @njit(fastmath=FAST)
-def _mean_surface(table, amplitude, x, y, time, out):
-    """out (4): elevation [m] at (x, y), its slopes along x and y (world), its rate [m/s]."""
+def _mean_surface(table, amplitude, cosine, sine, out):
+    """out (4): elevation [m] where the phasors are, its slopes (world), its rate [m/s]."""
     n = int(table[t_.E_WAVES])
     omega = component(table, t_.W_OMEGA)
     k = component(table, t_.W_K)
     bx = component(table, t_.W_BX)
     by = component(table, t_.W_BY)
-    phase = component(table, t_.W_PHASE)
     height = slope_x = slope_y = rate = 0.0
     for i in range(n):
-        s, c = sin_cos(k[i] * (bx[i] * x + by[i] * y) - omega[i] * time + phase[i])
-        height += amplitude[i] * c
-        r = amplitude[i] * s
+        height += amplitude[i] * cosine[i]
+        r = amplitude[i] * sine[i]
         rate += r * omega[i]
         r *= k[i]
         slope_x -= r * bx[i]
@@ -68,8 +68,34 @@ def fade(carried):
 
 
 @njit
-def floating_state(data, table, p, R, nu, time, back, state):
-    """State of a floating body; `back`: seconds over which its share is compared with before."""
+def publish_share(data, p, share):
+    """Keep the wet share of a body for the rates of its radiation memory in the same forward pass.
+
+    In the rate of the first low-frequency state, which is written behind those of the memories.
+    """
+    address = int(p[t_.B_LOW_FREQUENCY]) - 1
+    if address >= 0:
+        floats(data, _ACT_DOT)[address] = share
+
+
+@njit
+def published_share(model, data, table, p, R, nu, time):
+    """Wet share of a floating body: published, or in calm water (no such state) formed again."""
+    address = int(p[t_.B_LOW_FREQUENCY]) - 1
+    if address >= 0:
+        return floats(data, _ACT_DOT)[address]
+    state, place, none = scratch(S_SIZE), scratch(3), scratch(1)
+    back = float_value(model, _TIMESTEP)
+    floating_state(data, table, p, R, nu, time, back, place, none, none, state)
+    return state[S_SHARE]
+
+
+@njit
+def floating_state(data, table, p, R, nu, time, back, place, cosine, sine, state):
+    """State of a floating body; `back`: seconds over which its share is compared with before.
+
+    place (3), cosine, sine: its low-frequency place, and the phasors of the waves there.
+    """
     b = advance(table, int(p[t_.B_SURFACE]))
     body = int(p[t_.B_BODY])
     x = advance(floats(data, _XPOS), 3 * body)
@@ -87,20 +113,24 @@ def floating_state(data, table, p, R, nu, time, back, state):
     rise = R[6] * nu[0] + R[7] * nu[1] + R[8] * nu[2]
     zeta = along = across = 0.0
     if table[t_.E_WAVES] > 0.0:
-        sea, place, velocity = scratch(4), scratch(3), scratch(3)
-        place[0], place[1], place[2] = x[0], x[1], math.atan2(own[3], own[0])
-        for i in range(2):
-            velocity[i] = R[3 * i] * nu[0] + R[3 * i + 1] * nu[1] + R[3 * i + 2] * nu[2]
-        if b[t_.SF_FOLLOWS] > 0.0:
+        sea, velocity = scratch(4), scratch(3)
+        amplitude = advance(table, int(b[t_.SF_AMPLITUDES]))
+        yaw = math.atan2(own[3], own[0])
+        if b[t_.SF_FOLLOWS] > 0.0 and p[t_.B_LOW_FREQUENCY] > 0.0:
             # the surface that belongs to the wave force
-            low_frequency_place(data, p, x, own, place)
             low_frequency_velocity(data, p, x, own, R, nu, sea)
             velocity[0] = R[0] * sea[0] + R[1] * sea[1]
             velocity[1] = R[3] * sea[0] + R[4] * sea[1]
-        amplitude = advance(table, int(b[t_.SF_AMPLITUDES]))
-        _mean_surface(table, amplitude, place[0], place[1], time, sea)
+            yaw = place[2]
+            _mean_surface(table, amplitude, cosine, sine, sea)
+        else:
+            for i in range(2):
+                velocity[i] = R[3 * i] * nu[0] + R[3 * i + 1] * nu[1] + R[3 * i + 2] * nu[2]
+            own_c, own_s = scratch(_WAVES), scratch(_WAVES)
+            phasors(table, x[0], x[1], time, own_c, own_s)
+            _mean_surface(table, amplitude, own_c, own_s, sea)
         zeta = sea[0]
-        c, s = math.cos(place[2]), math.sin(place[2])
+        c, s = math.cos(yaw), math.sin(yaw)
         along, across = c * sea[1] + s * sea[2], c * sea[2] - s * sea[1]
         rise -= sea[3] + sea[1] * velocity[0] + sea[2] * velocity[1]
     draught, depth = b[t_.SF_DRAUGHT], b[t_.SF_DEPTH]
