@@ -83,6 +83,13 @@ def filter_entries(model: mujoco.MjModel, name: str, environment: Environment) -
     return np.array([model.actuator_actadr[actuator] + 1, CUTOFF * peak, np.pi / k])
 
 
+def states_before(model: mujoco.MjModel) -> int:
+    """Number of activations in front of those of the low-frequency places, which stand last."""
+    names = (model.actuator(i).name for i in range(model.nu))
+    first = [i for i, name in enumerate(names) if name.startswith(LOW_FREQUENCY_PREFIX)]
+    return int(model.actuator_actadr[first[0]]) if first else int(model.na)
+
+
 def _sorted(waves: WaveField) -> tuple[Array, Array]:
     """Frequencies and wave numbers of a sea, rising."""
     order = np.argsort(waves.omega)

@@ -121,8 +121,8 @@ class Docking(MarineTask):
             "depth": -vehicle.position[2:].copy(),
             "carrier_velocity": carrier.velocity.copy(),
         }
-        if physics.data.act.size:
-            observation["thrusters"] = physics.data.act.copy()
+        if states := physics.observed_states:
+            observation["thrusters"] = physics.data.act[:states].copy()
         return observation
 
     def get_reward(self, physics: DockingPhysics) -> float:

@@ -16,6 +16,7 @@ from marine_mj.errors import ModelError
 from marine_mj.frames import Array
 from marine_mj.hydrodynamics import table
 from marine_mj.hydrodynamics.inertia import rigid_inertia
+from marine_mj.hydrodynamics.low_frequency import states_before
 from marine_mj.hydrodynamics.wrenches import added_mass_of, check_control, check_state, damping_of
 from marine_mj.scene import at_origin, main_bodies
 from marine_mj.tasks.reader import BodyReader
@@ -137,6 +138,11 @@ class MarinePhysics(dm_mujoco.Physics):
         deepest overlap of their geoms (m).
         """
         return self._contacts.copy()
+
+    @property
+    def observed_states(self) -> int:
+        """Number of activations that an observation shows: without low-frequency places."""
+        return states_before(self.model.ptr)
 
     def actuators(self, instance: str) -> Array:
         """Ids of a vehicle's actuators."""

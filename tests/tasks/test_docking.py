@@ -276,7 +276,7 @@ def test_what_is_only_seen_does_not_move_anything():
 def test_reference_pose_pid_docks():
     """Brute-force gains on the ideal wrench, as published: latched in sea state 2."""
     env = suite.load("docking", "dock_pose_pid")
-    assert env.task.settings.controller == "pose_pid" and env.physics.model.nu == 7
+    assert env.task.settings.controller == "pose_pid" and env.physics.model.nu == 8
     changes = {"sea.sea_state": 2, "seed": 1, "vehicles.auv.actuation": "wrench"}
     chosen = {"task.settings.controller": "pose_pid", "task.settings.gains": "brute_force"}
     summary = run(scenario(**changes, **chosen)).summary

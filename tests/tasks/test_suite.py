@@ -96,7 +96,7 @@ def test_a_variant_is_its_task_with_keywords():
 
 def test_pose_pid_flies_on_its_ideal_wrench():
     env = suite.load("docking", "dock_pose_pid_ss2")
-    assert env.task.settings.gain_set == "brute_force" and env.physics.model.nu == 7
+    assert env.task.settings.gain_set == "brute_force" and env.physics.model.nu == 8
     thrusters = suite.load(
         "docking", "dock", {"controller": "pose_pid", "gains": "extended", "actuation": "thrusters"}
     )
