@@ -100,7 +100,7 @@ def test_pose_pid_flies_on_its_ideal_wrench():
     thrusters = suite.load(
         "docking", "dock", {"controller": "pose_pid", "gains": "extended", "actuation": "thrusters"}
     )
-    assert thrusters.physics.model.nu == 9
+    assert thrusters.physics.model.nu == 10
 
 
 def test_action_specs_by_mode():
