@@ -208,7 +208,7 @@ def _add_all_states(
             what = "radiation memory"
             _add_states(spec, MEMORY_PREFIX, law, body.name, number, count, what)
     for number, body in enumerate(bodies):
-        if follows_waves(body, chosen[number], environment.waves):
+        if follows_waves(body, chosen[number]):
             law, count = t_.LOW_FREQUENCY, t_.LF_STATES
             what = "low-frequency place for wave loads"
             _add_states(spec, LOW_FREQUENCY_PREFIX, law, body.name, number, count, what)

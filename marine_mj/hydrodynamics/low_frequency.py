@@ -59,21 +59,23 @@ def drift_in(body: BodyCoefficients, settings: BodySettings, waves: WaveField) -
     return "none"
 
 
-def follows_waves(body: BodyCoefficients, settings: BodySettings, waves: WaveField) -> bool:
-    """Whether wave loads act on a body at its low-frequency place."""
-    if not len(waves.omega):
-        return False
-    by_tables = (
-        motion_of(body, settings) == "dynamic" or excitation_of(body, settings) == "long waves"
-    )
-    return by_tables or drift_in(body, settings, waves) != "none"
+def follows_waves(body: BodyCoefficients, settings: BodySettings) -> bool:
+    """Whether wave loads act on a body at its low-frequency place.
+
+    Not a matter of the sea: models in calm water and in waves have the same states.
+    """
+    motion = motion_of(body, settings)
+    if motion == "dynamic" or excitation_of(body, settings) == "long waves":
+        return True
+    panels = uses_panels(body, settings) and not settings.drift
+    return not panels and drift_of(body, settings.drift, motion) != "none"
 
 
 def filter_entries(model: mujoco.MjModel, name: str, environment: Environment) -> Array:
     """Entries of a body's record from `B_LOW_FREQUENCY` (3,): address, cut-off, reach.
 
     Beyond half a length of the peak's waves the filter's place says nothing about the body's; then
-    it starts anew. Zeros on a body without the states.
+    it starts anew. Zeros on a body without the states, and in calm water.
     """
     actuator = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, LOW_FREQUENCY_PREFIX + name)
     if actuator < 0 or not len(environment.waves.omega):
