@@ -32,8 +32,11 @@ def hold(data, period, share, start=(0.0, 0.0), speed=0.0):
     w = 2 * np.pi / period
     x = start[0] + speed * data.time
     error = np.array([data.qpos[0] - x, data.qpos[1] - start[1], yaw_of(data)])
-    # about the vertical, not the body's axis: rolling and pitching hulls turn about that on average
-    rate = np.array([data.qvel[0] - speed, data.qvel[1], data.cvel[1, 2]])
+    # rate of the yaw angle: the rate of turn about a vertical axis has a mean in roll and pitch
+    ahead = data.xmat[1].reshape(3, 3)[:, 0]
+    change = np.cross(data.cvel[1, :3], ahead)
+    turn = (ahead[0] * change[1] - ahead[1] * change[0]) / max(ahead[0] ** 2 + ahead[1] ** 2, 1e-9)
+    rate = np.array([data.qvel[0] - speed, data.qvel[1], turn])
     push = -INERTIA * (w**2 * error + 2 * share * w * rate)
     data.qfrc_applied[:2], data.xfrc_applied[1, 5] = push[:2], push[2]
     return error
@@ -104,10 +107,10 @@ def test_no_mean_load_of_first_order_at_all_headings():
     check_means(np.geomspace(1.6, 8.0, 8), headings, settle=300)
 
 
-@pytest.mark.parametrize("direction", [np.pi, 0.75 * np.pi])
-def test_mean_force_with_drift_is_that_of_the_database(direction):
-    """USV on soft springs, T 2.6 s: force of the springs against a^2 T."""
-    period, amplitude, timestep = 2.6, 0.05, 0.005
+@pytest.mark.parametrize(("period", "direction"), [(2.6, 180), (2.6, 135), (1.8, 67.5)])
+def test_mean_force_with_drift_is_that_of_the_database(period, direction):
+    """USV on soft springs: force of the springs against a^2 T, all first-order loads included."""
+    amplitude, timestep, direction = 0.025, 0.005, np.radians(direction)
     sea = regular_wave(2 * amplitude, period, direction)
     model = marine_mj.load("dus_v5750", Environment(waves=sea), timestep=timestep)
     data = mujoco.MjData(model)
@@ -119,12 +122,13 @@ def test_mean_force_with_drift_is_that_of_the_database(direction):
             forces.append([*-data.qfrc_applied[:2], -data.xfrc_applied[1, 5]])
         mujoco.mj_step(model, data)
     with xr.open_dataset(DATABASE, engine="h5netcdf") as file:
-        table = file["mean_drift_force"].sel(wave_direction=direction)
+        table = file["mean_drift_force"].sel(wave_direction=direction, method="nearest")
         expected = table.interp(omega=2 * np.pi / period).values
         largest = np.abs(file["mean_drift_force"]).max(("omega", "wave_direction")).values
     error = np.mean(forces, axis=0) / amplitude**2 - expected
-    # measured: 0.05 % of the largest in head seas, 1.0, 0.5 and 0.4 % in quartering seas
-    assert (np.abs(error) < 0.05 * largest).all()
+    # measured: at most 1.2 % of the largest (sway at 1.8 s); with the radiation memory in axes that
+    # yaw with the waves surge at 1.8 s was 8.4 % off
+    assert (np.abs(error) < 0.03 * largest).all(), error / largest
 
 
 @pytest.fixture(scope="module")

@@ -57,7 +57,8 @@ def rates(model, data):
     nu = np.concatenate([R.T @ v, R.T @ data.xmat[1].reshape(3, 3) @ data.qvel[3:6]])
     h = model.opt.timestep
     Phi, Gamma = database_memory("dus_v5750_box.nc").discrete(h)
-    return A @ data.act + B @ nu, (Phi @ data.act + Gamma @ nu - data.act) / h
+    z = data.act[: len(A)]
+    return A @ z + B @ nu, (Phi @ z + Gamma @ nu - z) / h
 
 
 @pytest.mark.parametrize("integrator", [0, 1, 2, 3])  # Euler, RK4, implicit, implicitfast
@@ -68,14 +69,16 @@ def test_rates_and_force_of_a_random_state(integrator):
     data, rng = mujoco.MjData(model), np.random.default_rng(3)
     data.qpos[3:7] = np.array([0.7, 0.1, -0.15, 0.69]) / np.linalg.norm([0.7, 0.1, -0.15, 0.69])
     data.qvel[:6] = rng.normal(size=6)
-    data.act[:] = rng.normal(size=model.na)
+    count = database_memory("dus_v5750_box.nc").states  # behind them stands the low-frequency place
+    data.act[:count] = rng.normal(size=count)
     continuous, held = rates(model, data)
     rk4 = integrator == mujoco.mjtIntegrator.mjINT_RK4
     expected = continuous if rk4 else held
     # measured 4e-14
-    np.testing.assert_allclose(data.act_dot, expected, atol=1e-11)
+    np.testing.assert_allclose(data.act_dot[:count], expected, atol=1e-11)
     C = database_memory("dus_v5750_box.nc").state_space()[2]
     ahead = data.act if rk4 else data.act + model.opt.timestep * data.act_dot
+    ahead = ahead[:count]
     force = marine_mj.wrenches(model, data)["hull"]["radiation"]
     yaw = np.arctan2(data.xmat[1, 3], data.xmat[1, 0])
     R = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])

@@ -1,7 +1,8 @@
 """Radiation memory: the force of the states in `data.act`, and their rates.
 
 One complex state z per pole and driving degree of freedom, `z' = lambda z + nu_j`; the force is
-`-Re sum r z` (hydrodynamics.memory). nu is relative to the current, in the axes of the loads.
+`-Re sum r z` (hydrodynamics.memory). nu is relative to the current, in level axes turned by the
+low-frequency yaw.
 
 MuJoCo's semi-implicit integrators do `act += h act_dot` with the velocity of the step's start, and
 move the body with the velocity of its end. Their rate is that of the exact solution over the step
@@ -11,6 +12,8 @@ the position, and not late by a step. RK4 gets the derivative and the states as 
 Where a body leaves the water, its wet share s scales the velocity that drives the states and the
 force that they give alike: then the memory takes energy only, however fast s changes.
 """
+
+import math
 
 from numba import njit
 
@@ -22,6 +25,7 @@ from marine_mj.hydrodynamics.kernels.equations import (
     runge_kutta,
 )
 from marine_mj.hydrodynamics.kernels.functions import exponential, sin_cos
+from marine_mj.hydrodynamics.kernels.low_frequency import low_frequency_place
 from marine_mj.hydrodynamics.kernels.memory import (
     advance,
     field,
@@ -34,6 +38,7 @@ from marine_mj.hydrodynamics.kernels.water import FAST
 
 _ACT = field("d", "act")
 _ACT_DOT = field("d", "act_dot")
+_XMAT = field("d", "xmat")
 _XPOS = field("d", "xpos")
 _TIMESTEP = field("m", "opt.timestep")
 _POLES = t_.MAX_POLES
@@ -55,19 +60,48 @@ def _step_integrals(q, h, real, imag):
 
 
 @njit
-def _relative_twist(table, p, R, x, time, nu, out):
-    """nu (6) relative to the current at the body origin x, axes R."""
+def _turned(c, s, w, sign):
+    """Both vectors of w (6) seen from axes turned by an angle (c, s) about the vertical."""
+    for half in range(2):
+        x, y = w[3 * half], w[3 * half + 1]
+        w[3 * half] = c * x + sign * s * y
+        w[3 * half + 1] = c * y - sign * s * x
+
+
+@njit
+def _slow_turn(data, p, R, x, turn):
+    """turn (2): cos and sin of the angle from the axes R to those of the low-frequency yaw.
+
+    The memory lives in these, like the wave force: what a force of first order in axes that yaw
+    with the waves has of a mean is in the drift coefficients.
+    """
+    turn[0], turn[1] = 1.0, 0.0
+    if p[t_.B_LOW_FREQUENCY] > 0.0:
+        place = scratch(3)
+        own = advance(floats(data, _XMAT), 9 * int(p[t_.B_BODY]))
+        low_frequency_place(data, p, x, own, place)
+        c, s = math.cos(place[2]), math.sin(place[2])
+        turn[0], turn[1] = c * R[0] + s * R[3], s * R[0] - c * R[3]
+
+
+@njit
+def _relative_twist(table, p, R, x, turn, time, nu, out):
+    """nu (6) relative to the current at the body origin x, in axes R turned by `turn`."""
     relative_velocity(table, R, x, time, False, nu, out)
     for i in range(3):
         out[3 + i] = nu[3 + i]
+    _turned(turn[0], turn[1], out, 1.0)
 
 
 @njit
 def memory(model, data, table, p, q, R, nu, time, share, f):
     """Radiation force f (6) of one body beside that of A(inf), yet to be faded by its wet share."""
     x = advance(floats(data, _XPOS), 3 * int(p[t_.B_BODY]))
-    nu_r = scratch(6)
-    _relative_twist(table, p, R, x, time, nu, nu_r)
+    nu_r, force, angle = scratch(6), scratch(6), scratch(2)
+    _slow_turn(data, p, R, x, angle)
+    _relative_twist(table, p, R, x, angle, time, nu, nu_r)
+    for i in range(6):
+        force[i] = 0.0
     for i in range(6):
         nu_r[i] *= share
     all_real, all_imag = scratch(_POLES), scratch(_POLES)
@@ -99,10 +133,13 @@ def memory(model, data, table, p, q, R, nu, time, share, f):
                 total = 0.0
                 for k in range(n):
                     total += residue[k] * next_re[k] - residue[n + k] * next_im[k]
-                f[int(group[t_.MG_DOF + i])] -= total
+                force[int(group[t_.MG_DOF + i])] -= total
                 residue = advance(residue, 2 * n)
             z = advance(z, 2 * n)
         group = residue
+    _turned(angle[0], angle[1], force, -1.0)
+    for i in range(6):
+        f[i] += force[i]
 
 
 @njit
@@ -153,7 +190,9 @@ def memory_rates(model, data, table, number, time):
             load_axes(data, p, R)
             body_twist(data, p, R, nu)
             x = advance(floats(data, _XPOS), 3 * int(p[t_.B_BODY]))
-            _relative_twist(table, p, R, x, time, nu, nu_r)
+            angle = scratch(2)
+            _slow_turn(data, p, R, x, angle)
+            _relative_twist(table, p, R, x, angle, time, nu, nu_r)
             if p[t_.B_SURFACE] > 0.0:
                 share = published_share(model, data, table, p, R, nu, time)
                 for i in range(6):
