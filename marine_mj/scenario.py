@@ -100,6 +100,11 @@ class Sea(Settings):
                 f'normals make an irregular sea, but spectrum = "{self.spectrum}": leave them '
                 "out, or take the spectrum of an irregular sea"
             )
+        if not all(abs(z) <= 30 for z in self.normals):
+            raise ValueError(
+                f"normals reach {max(map(abs, self.normals)):g}, allowed are -30 to 30: they are "
+                "standard normals"
+            )
         if len(self.normals) != 2 * self.components:
             raise ValueError(
                 f"normals has {len(self.normals)} numbers, allowed are {2 * self.components}: two "

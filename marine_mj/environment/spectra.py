@@ -252,7 +252,7 @@ def spreading_quantile(probability: ArrayLike, s: float) -> Array:
 def _height_and_period(H_s: float, T_p: float) -> tuple[float, float]:
     """The two parameters, checked."""
     return (
-        number("H_s", H_s, "m", "give the significant wave height (4 sqrt(m0))", low=0),
+        number("H_s", H_s, "m", "give 4 sqrt(m0) in metres", low=0, high=1000),
         number("T_p", T_p, "s", "give the peak period", above=0),
     )
 

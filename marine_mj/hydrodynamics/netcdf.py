@@ -30,7 +30,7 @@ def read_variables(
     Raises:
         OSError: the file cannot be read or is no NetCDF 4 file.
         KeyError: a variable or a label is missing.
-        ValueError: a variable has other axes, or is packed.
+        ValueError: a variable has other axes, or is packed; omega is negative, NaN or doubled.
     """
     import h5netcdf
 
@@ -51,7 +51,19 @@ def read_variables(
                     entries = file.variables[axis][...]
                     table = table.take(_places(entries, labels[axis]), axis=place)
             found[name] = table
+    if "omega" in found:
+        _check_frequencies(found["omega"])
     return found
+
+
+def _check_frequencies(omega: Array) -> None:
+    """ValueError for frequencies (n,) that are no rising set, 0 and infinity included."""
+    bad = np.isnan(omega) | (omega < 0)
+    if bad.any():
+        raise ValueError(f"omega[{bad.argmax()}] is {omega[bad.argmax()]:g}, allowed is >= 0 rad/s")
+    values, counts = np.unique(omega, return_counts=True)
+    if (counts > 1).any():
+        raise ValueError(f"omega has {values[counts > 1][0]:g} rad/s twice, allowed is once")
 
 
 def read_attributes(path: Path, variables: Sequence[str], of: str | None = None) -> dict[str, Any]:

@@ -194,6 +194,13 @@ def _read_radiation(path: Path) -> tuple[Array, Array, Array]:
     wanted = {"added_mass": axes, "radiation_damping": axes}
     omega, _, added, damping = _variables(path, wanted)
     order = np.argsort(omega)
+    order = order[np.isfinite(omega[order]) & (omega[order] > 0)]
+    for name, table in (("added_mass", added), ("radiation_damping", damping)):
+        if not np.isfinite(table[order]).all():
+            raise ModelError(
+                f"{name} of {path.name} holds numbers that are not finite, allowed are finite "
+                "ones: compute the database again"
+            )
     return omega[order], added[order], damping[order]
 
 

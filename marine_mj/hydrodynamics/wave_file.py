@@ -110,12 +110,33 @@ def _radius(stiffness: Array | None) -> float | None:
     return float(centre + _HALF_LENGTH * np.sqrt(gyration)) or None
 
 
+#: Range in which a file's numbers must lie, and their unit: water from spirit to mercury, planets,
+#: hulls.
+_RANGES = {
+    "water_density": (100.0, 20000.0, "kg/m3"),
+    "gravity": (0.1, 100.0, "m/s2"),
+    "hull_radius": (1e-3, 1e4, "m"),
+}
+
+
+def _checked(path: Path, name: str, value: float | None) -> float | None:
+    """A number of the file within its range, or None where it has none."""
+    low, high, unit = _RANGES[name]
+    if value is not None and not low <= value <= high:
+        raise ModelError(
+            f"{name} of {path.name} is {value:g} {unit}, allowed are {low:g} to {high:g} {unit}: "
+            "correct the attribute, or remove it to take the usual one"
+        )
+    return value
+
+
 @lru_cache(maxsize=32)
 def facts(path: Path) -> Facts:
     """What the file says of itself: attributes, or the scalars rho, g, water_depth of Capytaine.
 
     Raises:
-        ModelError: the file cannot be read, or states a symmetry that there is not.
+        ModelError: the file cannot be read, or states a symmetry that there is not or a number
+            out of its range.
     """
     scalars = ("rho", "g", "water_depth", "hydrostatic_stiffness")
     try:
@@ -133,13 +154,20 @@ def facts(path: Path) -> Facts:
             f"{', '.join(map(repr, SYMMETRIES))}"
         )
     stiffness = values.get("hydrostatic_stiffness")
+    density, gravity = _number(values, "water_density", "rho"), _number(values, "gravity", "g")
+    if density is None:
+        density = _in_text(text, r"rho ([\d.]+)")
+    if gravity is None:
+        gravity = _in_text(text, r"g ([\d.]+) m/s2")
+    radius = _number(values, "hull_radius")
+    if radius is None:
+        radius = _radius(None if stiffness is None else np.asarray(stiffness, dtype=float))
     return Facts(
-        _number(values, "water_density", "rho") or _in_text(text, r"rho ([\d.]+)"),
-        _number(values, "gravity", "g") or _in_text(text, r"g ([\d.]+) m/s2"),
+        _checked(path, "water_density", density),
+        _checked(path, "gravity", gravity),
         _in_text(text, r"depth ([\d.]+) m") if depth is None else depth,
         symmetry,
-        _number(values, "hull_radius")
-        or _radius(None if stiffness is None else np.asarray(stiffness, dtype=float)),
+        _checked(path, "hull_radius", radius),
     )
 
 
@@ -197,8 +225,14 @@ class Circle:
 
 def _radians(path: Path, direction: Array, units: str | None) -> Array:
     """Directions in rad; converted where the file says degrees, refused where they must be."""
-    if units is not None and str(units).strip().lower().startswith("deg"):
+    unit = "rad" if units is None else str(units).strip().lower()
+    if unit.startswith("deg") or unit == "°":
         return np.radians(direction)
+    if unit and not unit.startswith("rad"):
+        raise ModelError(
+            f"wave_direction of {path.name} has the units {units!r}, allowed are 'rad' and "
+            "'degrees': convert it"
+        )
     largest = float(np.abs(direction).max()) if len(direction) else 0.0
     if not largest <= 2 * np.pi + SAME:
         raise ModelError(

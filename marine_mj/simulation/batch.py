@@ -160,7 +160,8 @@ def _groups(scenarios: Sequence[Scenario]) -> list[list[int]]:
     groups: dict[str, list[int]] = {}
     for i, scenario in enumerate(scenarios):
         task = (scenario.task.domain, scenario.task.name)
-        shape = json.dumps([*task, _shape(_values(scenario, _RUN))], sort_keys=True)
+        bed = scenario.sea.depth is not None  # a geom more
+        shape = json.dumps([*task, bed, _shape(_values(scenario, _RUN))], sort_keys=True)
         groups.setdefault(shape, []).append(i)
     return list(groups.values())
 

@@ -130,6 +130,18 @@ def test_runs_that_cannot_share_a_batch_keep_their_order():
         assert without_time(row) == row_of(run(base.with_values(changes)))
 
 
+def test_calm_water_waves_and_a_sea_bed_in_one_call():
+    """Scenes with another number of geoms or components are stepped apart, none is lost."""
+    changes = [
+        {"duration": 0.1, **more}
+        for more in ({}, {"sea.sea_state": 0}, {"sea.depth": 20.0, "wind.speed": 10.0})
+    ]
+    rows = run_batch(SHORT, changes).rows
+    for change, row in zip(changes, rows, strict=True):
+        assert row["error"] is None
+        assert without_time(row) == {**without_time(row), **row_of(run(SHORT.with_values(change)))}
+
+
 def test_runs_that_differ_in_numbers_of_the_task_share_a_batch(monkeypatch):
     """Gain sets, waiting, prediction time, noise, fix period, duration: one episode, same bits."""
     base = Scenario.load("docking_thesis")

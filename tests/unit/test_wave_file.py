@@ -342,3 +342,37 @@ def test_omega_zero_and_infinity_have_no_waves(tmp_path):
     assert (got == responses(BOX, "force", at(30.0), 0.0)).all()
     raw = read_variables(database_path(file), {"omega": ("omega",)}, {})["omega"]
     assert len(raw) == len(data.omega) + 2
+
+
+@pytest.mark.parametrize(
+    ("change", "parts"),
+    [
+        ({"omega": (3, np.nan)}, ("omega[3] is nan", ">= 0 rad/s")),
+        ({"omega": (3, -1.0)}, ("omega[3] is -1", ">= 0 rad/s")),
+        ({"omega": (3, None)}, ("omega has", "twice")),
+    ],
+)
+def test_frequencies_that_are_none_are_refused(change, parts, tmp_path):
+    data = load()
+    place, value = change["omega"]
+    omega = data["omega"].values.copy()
+    omega[place] = omega[place + 1] if value is None else value
+    path = save(data.assign_coords(omega=omega), tmp_path)
+    for radiation in ("memory", "constant"):
+        with model_error(*parts):
+            floating(path, Environment(waves=regular_wave(0.1, 3.0)), radiation=radiation)
+
+
+@pytest.mark.parametrize("value", [np.nan, -1025.0, 1.025, 1e9])
+def test_density_of_the_file_is_checked(value, tmp_path):
+    data = load()
+    data.attrs["water_density"] = value
+    with model_error("water_density of", f"{value:g} kg/m3", "100 to 20000"):
+        floating(save(data, tmp_path), Environment(waves=regular_wave(0.1, 3.0)))
+
+
+def test_unknown_unit_of_direction(tmp_path):
+    data = load()
+    data["wave_direction"].attrs["units"] = "gon"
+    with model_error("wave_direction", "'gon'", "'rad' and 'degrees'"):
+        floating(save(data, tmp_path), Environment(waves=regular_wave(0.1, 3.0)))
