@@ -112,7 +112,7 @@ def test_spreading_constant() -> None:
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: jonswap(-1, 8), "H_s is -1 m, allowed is >= 0, finite: give the significant"),
+        (lambda: jonswap(-1, 8), "H_s is -1 m, allowed is >= 0 and <= 1000, finite: give 4 sqrt"),
         (lambda: jonswap(np.nan, 8), "H_s is nan m, allowed is >= 0"),
         (lambda: jonswap("two", 8), "H_s is 'two' m, allowed is >= 0"),
         (lambda: jonswap(1, 0), "T_p is 0 s, allowed is > 0, finite: give the peak period"),

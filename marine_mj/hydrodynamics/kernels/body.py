@@ -175,10 +175,11 @@ def _munk_moment(A, flow, spin, f):
 
 @njit
 def _slow_munk_moment(data, p, x, A, R, nu, nu_r, f):
-    """Munk moment of a hull whose waves come from RAOs: about the vertical, of its slow motion.
+    """Munk moment of a hull in first-order waves: about the vertical, of its slow motion.
 
-    What products of first-order motions push is in the drift coefficients already, and a database
-    of zero speed has no part of them in heave and pitch.
+    What products of first-order motions push is in the drift coefficients already, a database of
+    zero speed has no part of them in heave and pitch, and the large added mass of a flat bottom in
+    heave makes no roll moment of a hull that the surface ends at.
     """
     slow = scratch(3)
     own = advance(floats(data, _XMAT), 9 * int(p[t_.B_BODY]))
@@ -313,7 +314,7 @@ def body_loads(model, data, table, p, time, stepping, R, nu, f, inertia):
     for i in range(36):
         inertia[i] = share * A[i]
     _added_mass_loads(inertia, nu, nu_r, spin, acc_w, f)
-    if p[t_.B_SEAKEEPING] > 0.0:
+    if p[t_.B_SEAKEEPING] > 0.0 or p[t_.B_LONG_WAVE] > 0.0:
         _slow_munk_moment(data, p, x, inertia, R, nu, nu_r, f)
     else:
         _munk_moment(inertia, flow, advance(nu_r, 3), f)

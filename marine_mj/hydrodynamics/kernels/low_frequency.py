@@ -8,9 +8,10 @@ denominator), so that constant speed and acceleration leave no lag:
 
     H(s) = (15 w_c^4 s^2 + 6 w_c^5 s + w_c^6) / (s + w_c)^6.
 
-That of the yaw is of type 2 (without the term s^2; no lag at a constant rate of turn): it passes 25
-times less at the wave's frequency, where a yaw that is let pass turns a large sway force into a
-mean surge force, and overshoots less, which keeps weathervaning stable.
+That of the yaw is of type 2 (without the term s^2; no lag at a constant rate of turn), 1.5 w_c:
+it passes less at the waves' frequency, where a yaw that is let pass turns a large sway force
+into a mean surge force, overshoots less and follows faster. Loads turn with a yaw that is never
+more than 0.1 rad from the hull's.
 
 The states are activations: 1 once the filter runs, then six for each of x, y and yaw. Where they
 are 0, as after a reset, or far from the body, as after a jump, loads are taken at the body's own
@@ -32,6 +33,11 @@ _XMAT = field("d", "xmat")
 _TIMESTEP = field("m", "opt.timestep")
 #: Largest distance [rad] between the yaw and that of the filter.
 _FARTHEST_YAW = 1.0
+#: Largest angle [rad] between the yaw of the loads and the hull's (ours): hulls yaw with waves by
+#: less, and in a turn the filter must not turn the large pitch moment of the waves into roll.
+_LARGEST_TURN = 0.1
+#: Cut-off of the yaw over that of the place (ours): its filter passes less at the waves' frequency.
+_YAW_CUTOFF = 1.5
 
 
 @njit
@@ -70,8 +76,9 @@ def low_frequency_place(data, p, x, own, place):
         return
     z = advance(floats(data, _ACT), address)
     if _runs(z, p, place[0], place[1], place[2]):
-        for i in range(3):
-            place[i] = z[t_.LF_X + i * t_.LF_ORDER]
+        place[0], place[1] = z[t_.LF_X], z[t_.LF_X + t_.LF_ORDER]
+        behind = wrapped(place[2] - z[t_.LF_X + 2 * t_.LF_ORDER])
+        place[2] -= min(max(behind, -_LARGEST_TURN), _LARGEST_TURN)
 
 
 @njit
@@ -149,6 +156,7 @@ def low_frequency_rates(model, data, table, number):
         rate[3] = w * s[4]
         rate[4] = w * s[5]
         rate[5] = w * (w * (place[i] - s[0]) - 6.0 * s[5] - 15.0 * s[4] - 20.0 * s[3])
+    w *= _YAW_CUTOFF
     s, rate = advance(z, t_.LF_X + 2 * t_.LF_ORDER), advance(out, t_.LF_X + 2 * t_.LF_ORDER)
     rate[0] = s[1] + 6.0 * s[2]
     rate[1] = w * s[2]
