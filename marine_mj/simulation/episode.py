@@ -32,6 +32,8 @@ Signals = dict[str, xr.Variable]
 _OWN = ("numeric_data", "body_invweight0", "dof_invweight0", "eq_data")
 # What contact parts have by the wet masses that meet; large, so only where it is not the same.
 _CONTACT = ("pair_solref", "pair_solreffriction", "pair_solimp")
+# Numbers of a table (64 KB) that is too large to be copied in every period.
+_LARGE = 8192
 _WARNINGS = [int(warning) for warning in STATE_WARNINGS]
 
 
@@ -102,9 +104,11 @@ class Episode:
         self._missions = [run.mission for run in runs]
         first, scenario = self._models[0], self._scenarios[0]
         self._batch = batch.Batch(first, len(self._models), threads)
-        # A model for each of many runs would not stay in the processor's cache.
+        # One model with fields for each run stays in the processor's cache, many models do not; but
+        # these fields are copied in every period, which takes longer for a large table of waves.
         original = runs[0].original
         shared = original is not None and all(run.original is original for run in runs)
+        shared = shared and first.nnumericdata <= _LARGE
         own = (*_OWN, *(name for name in _CONTACT if _differ(self._models, name)))
         self._fields = {name: self._batch.expand(name) for name in own} if shared else {}
         self._eq_data: Sequence[Array] = [model.eq_data for model in self._models]

@@ -29,6 +29,7 @@ SIZES = {
     "strip_drag_frd": {2},
     "restoring_frd": {6, 36},
     "equilibrium_height": {1},
+    "hull_depth": {1},
     "wind": {7},
     "reference_speed": {2},
     "thrust_loss": {1},
